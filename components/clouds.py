@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Self
 
 from ._knob import knob
 
@@ -10,6 +11,17 @@ __all__ = ["MOST_CLOUD_LAYERS", "CloudLayer", "Clouds"]
 
 MOST_CLOUD_LAYERS = 4
 """Layers of one planet, the component's own among them: what the shaders' block has room for."""
+
+
+KIND_LAYERS: dict[str, dict[str, float]] = {
+    "humilis": {"base_m": 800.0, "top_m": 1500.0, "extinction_per_m": 0.05, "coverage": 0.35},
+    "congestus": {"base_m": 800.0, "top_m": 5000.0, "extinction_per_m": 0.06, "coverage": 0.35},
+    "cumulonimbus": {"base_m": 600.0, "top_m": 12000.0, "extinction_per_m": 0.03, "coverage": 0.25},
+    "stratocumulus": {"base_m": 700.0, "top_m": 1200.0, "extinction_per_m": 0.04, "coverage": 0.8},
+    "stratus": {"base_m": 200.0, "top_m": 700.0, "extinction_per_m": 0.03, "coverage": 0.9},
+    "altocumulus": {"base_m": 4000.0, "top_m": 4400.0, "extinction_per_m": 0.02, "coverage": 0.5},
+}
+"""Heights (World Meteorological Organization 2017, middle latitudes), extinction and cover of each kind by name."""
 
 
 @dataclass
@@ -67,9 +79,10 @@ class CloudLayer:
     )
     kind: str = knob(
         "auto",
-        help="What the weather's clouds are: cumulus, billows and sheets of water; cirrus, fibres and veils of ice; "
-        "auto: cirrus where the whole layer's optical depth is below 5",
-        choices=("auto", "cumulus", "cirrus"),
+        help="What the weather's clouds are: cumulus, billows and sheets of water as the weather has them; cirrus, "
+        "fibres and veils of ice; auto: cirrus where the whole layer's optical depth is below 5; or one kind of water "
+        "by its name (CloudLayer.of has heights for each)",
+        choices=("auto", "cumulus", "cirrus", *KIND_LAYERS),
         aliases=("water", "ice"),
         group="shape",
     )
@@ -84,6 +97,11 @@ class CloudLayer:
         1.0, 0.0, 2.0, "", "Of cirrus: how far fibres bend over hundreds of kilometres; 1: by up to 33 degrees to "
         "either side", group="cirrus",
     )  # fmt: skip
+
+    @classmethod
+    def of(cls, kind: str, **fields: Any) -> Self:
+        """A layer of a kind, at the heights and of the extinction that such clouds have; fields: what is different."""
+        return cls(**{**KIND_LAYERS.get(kind, {}), "kind": kind, **fields})
 
 
 @dataclass

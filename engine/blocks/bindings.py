@@ -137,6 +137,7 @@ HEIGHT_MAP_UNIT = _unit(15, "terrain: map of heights")
 CLOUD_SHADOW_UNIT = _unit(16, "clouds: maps of their shadow")
 CLOUD_TILE_UNIT = _unit(16, "printed clouds: their volume")
 CLOUD_SKY_UNIT = _unit(17, "clouds: light of the cloudy sky")
+CLOUD_CELLS_UNIT = _unit(15, "clouds: volume of noise for cells and clusters")
 
 RADIANCE_IMAGE = _image(0, "radiance of the view")
 COAST_NORMAL_IMAGE = _image(0, "G-buffer's normal, where the coast is drawn or waves are")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ...components import CloudLayer, Clouds
 from ...engine.blocks.bindings import (
     CLOUD_BLOCK,
+    CLOUD_CELLS_UNIT,
     CLOUD_FIBRES_UNIT,
     CLOUD_RIMS_UNIT,
     CLOUD_SHAPE_UNIT,
@@ -31,11 +32,11 @@ from .volumes import make_volume
 
 __all__ = ["CloudField"]
 
-_SHAPE, _RIMS = 0, 1
+_SHAPE, _RIMS, _CELLS = 0, 1, 2
 
 
 class CloudField:
-    """What clouds/density.glsl and the light in clouds read: two uniform blocks, two volumes, three maps, one table.
+    """What clouds/density.glsl and the light in clouds read: two uniform blocks, three volumes, three maps, one table.
 
     block: of the last `place`, for who draws to write into a buffer of its own, and to set what is its own in it
     before. layers: with cloud, lowest first. first: base
@@ -53,7 +54,9 @@ class CloudField:
         self._droplets: tuple[tuple[float, float], ...] = ()
         self.shape = make_volume(gpu, _SHAPE, int(settings["clouds.shape_texels"]))
         self.rims = make_volume(gpu, _RIMS, int(settings["clouds.rim_texels"]))
-        write_filter(self.block, self.shape, self.rims)
+        # Four times wider than the shape, of twice as wide texels: what is finer is the shape's to show.
+        self.cells = make_volume(gpu, _CELLS, int(settings["clouds.shape_texels"]) // 2)
+        write_filter(self.block, self.shape, self.rims, self.cells)
         self.maps = WeatherMaps(gpu, int(settings["clouds.map_texels"]))
         self._textures: tuple[moderngl.Texture, moderngl.Texture] | None = None
         self.layers: list[CloudLayer] = []
@@ -77,7 +80,7 @@ class CloudField:
         self.maps.take(coverage, cover, int(component.weather_seed))
         present = [layer for layer in (component, *component.layers) if any(layer is one for one in self.layers)]
         numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self.layers]
-        write_layers(self.block, self.layers, coverage, numbers)
+        write_layers(self.block, self.layers, coverage, numbers, self.first[1])
         self.mirrored = bool(component.mirrored)
         block = self.block
         block.surface_shadows, block.surface_skylight = float(component.shadows), float(component.skylight)
@@ -113,6 +116,7 @@ class CloudField:
             radius_m,
             self.first[1],
             self.shape.texture.size[0],
+            self.cells.texture.size[0],
             self.rims.texture.size[0],
             self._fibre_texels,
         )
@@ -125,7 +129,7 @@ class CloudField:
     def filter_between_levels(self) -> None:
         """Noise between two mip levels is interpolated, for who has no chance to decide for one of them ray by ray."""
         self._between_levels = True
-        for texture in (self.shape.texture, self.rims.texture, self._fibres):
+        for texture in (self.shape.texture, self.rims.texture, self.cells.texture, self._fibres):
             texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
 
     def bind(self) -> None:
@@ -135,6 +139,7 @@ class CloudField:
         self._slabs.use(CLOUD_SLAB_UNIT)
         self.shape.texture.use(CLOUD_SHAPE_UNIT)
         self.rims.texture.use(CLOUD_RIMS_UNIT)
+        self.cells.texture.use(CLOUD_CELLS_UNIT)
         self._textures[0].use(WEATHER_FIRST_UNIT)
         self._textures[1].use(WEATHER_SECOND_UNIT)
         self._fibres.use(CLOUD_FIBRES_UNIT)
@@ -142,7 +147,8 @@ class CloudField:
     def textures(self) -> dict[str, tuple[moderngl.Texture, ...]]:
         """What it holds, by what it is for: to count memory."""
         return {
-            "volumes of noise": (self.shape.texture, self.rims.texture), "trails of ice": (self._fibres,),
+            "volumes of noise": (self.shape.texture, self.rims.texture, self.cells.texture),
+            "trails of ice": (self._fibres,),
             "maps of weather": self.maps.textures,
             "table of light": () if self._slabs is None else (self._slabs,),
         }  # fmt: skip

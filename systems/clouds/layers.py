@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ...components import CloudLayer, Clouds
 from ...engine.blocks.layout import zeros
+from .kinds import finer_of, shape_of
 from .view_block import MOST_LAYERS, CloudFilter, CloudKind, CloudViewBlock, CloudViewLayer, CloudVolume
 from .volumes import NoiseVolume
 
@@ -44,7 +45,7 @@ def kind_of(layer: CloudLayer) -> CloudKind:
     if layer.kind == "auto":
         thin = layer.extinction_per_m * (layer.top_m - layer.base_m) < _THIN
         return CloudKind.CIRRUS if thin else CloudKind.CUMULUS
-    return CloudKind[layer.kind.upper()]
+    return CloudKind.CIRRUS if layer.kind in ("cirrus", "ice") else CloudKind.CUMULUS
 
 
 def has_cirrus(layers: list[CloudLayer]) -> bool:
@@ -69,17 +70,22 @@ def hidden_fit(deviations: tuple[float, ...]) -> CloudFilter:
     return CloudFilter(half, 0.6 / max(most - quarter, 0.1))
 
 
-def write_layers(block: CloudViewBlock, layers: list[CloudLayer], map_coverage: float, numbers: list[int]) -> None:
-    """The fields that follow from the component alone. numbers: of the layers in the model's block."""
+def write_layers(
+    block: CloudViewBlock, layers: list[CloudLayer], map_coverage: float, numbers: list[int], thickness_m: float
+) -> None:
+    """The fields that follow from the component alone. numbers: of the layers in the model's block; thickness_m: of the
+    layer that noise is measured by."""
     block.layers = [zeros(CloudViewLayer)] * MOST_LAYERS
     for row, layer in enumerate(layers[:MOST_LAYERS]):
-        kind, base, top = kind_of(layer), float(layer.base_m), float(layer.top_m)
+        kind, shape, base, top = kind_of(layer), shape_of(layer), float(layer.base_m), float(layer.top_m)
         mean = 0.6 if kind == CloudKind.CIRRUS else map_coverage
         scale = 1.0 if kind == CloudKind.UNIFORM else layer.coverage / mean
         parabola = float(layer.height_profile == "parabola" and kind != CloudKind.CUMULUS)
         block.layers[row] = CloudViewLayer(
             base, top, 1.0 / (top - base), layer.extinction_per_m, layer.albedo, layer.asymmetry, kind, scale,
-            layer.relief, parabola, numbers[row], layer.hooks, layer.veil, layer.bend,
+            layer.relief * shape.relief, parabola, numbers[row], layer.hooks, layer.veil, layer.bend, shape.follows,
+            shape.towers, shape.deep, shape.least_tall, shape.shallow, shape.base, shape.steep, shape.anvil,
+            shape.rough, finer_of(layer, _BROAD_PERIOD * thickness_m),
         )  # fmt: skip
     block.layer_count = len(layers)
     block.lowest_m = min((layer.base_m for layer in layers), default=0.0)
@@ -122,6 +128,7 @@ def write_noise(
     radius_m: float,
     thickness_m: float,
     shape_texels: int,
+    cell_texels: int,
     rim_texels: int,
     fibre_texels: int,
 ) -> None:
@@ -134,11 +141,12 @@ def write_noise(
     )
     block.clump_m, block.fibre_levels = _CLUMP * thickness_m, math.log2(fibre_texels)
     block.broad_level = math.log2(shape_texels / period)
-    block.wide_level = math.log2(shape_texels / (period * _WIDE))
+    block.wide_level = math.log2(cell_texels / (period * _WIDE))
     block.fine_level = math.log2(rim_texels / (period * _FINE))
     block.finest_level = math.log2(rim_texels / (period * _FINEST))
 
 
-def write_filter(block: CloudViewBlock, shape: NoiseVolume, rims: NoiseVolume) -> None:
+def write_filter(block: CloudViewBlock, shape: NoiseVolume, rims: NoiseVolume, cells: NoiseVolume) -> None:
     """How averaging takes the noise's variance away."""
     block.shape_filter, block.rim_filter = hidden_fit(shape.deviations), hidden_fit(rims.deviations)
+    block.cell_filter = hidden_fit(cells.deviations)

@@ -29,7 +29,7 @@ number of tiles in a frame is the limit."""
 _MOST_TILES = 16
 _BALANCE_TEXELS = 256
 _OCTAVES = 7
-_SLOPE = 2.0
+_SLOPE = 2.5
 """How sharply the map parts clear sky from cloud."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -134,9 +135,9 @@ class PaperClouds(CloudMethod):
         coverage = float(layer.coverage) if layer is not None and layer.density_model == "weather" else None
         albedo, asymmetry = (0.0, 0.0) if layer is None else (layer.albedo, layer.asymmetry)
         tuned = (SCATTERING, ASYMMETRY) if coverage is not None else (1.0, 1.0)
-        self._block.layers[0] = CloudViewLayer(
-            base, top, 1.0 / thickness, extinction, tuned[0] * albedo, tuned[1] * asymmetry, kind=0, cover_scale=0.0,
-            relief=0.0, parabola=parabola, model=0, hooks=0.0, veil=0.0, bend=0.0,
+        self._block.layers[0] = replace(
+            zeros(CloudViewLayer), base_m=base, top_m=top, per_thickness=1.0 / thickness, extinction_per_m=extinction,
+            albedo=tuned[0] * albedo, asymmetry=tuned[1] * asymmetry, parabola=parabola,
         )  # fmt: skip
         wanted = _VolumeKey(extinction)
         if coverage is not None:

@@ -54,6 +54,16 @@ class CloudViewLayer:
     hooks: Annotated[float, "of cirrus: share of its fibres that begin in tufts"]
     veil: Annotated[float, "of cirrus: between its fibres"]
     bend: Annotated[float, "of cirrus: how far its fibres bend"]
+    follows: Annotated[float, "1: towers and depth are the weather's; 0: of a kind by name, those that follow"]
+    towers: Annotated[float, "as CloudWeather has it; 0 where the weather is followed"]
+    deep: Annotated[float, "as CloudWeather has it; 0 where the weather is followed"]
+    least_tall: Annotated[float, "how much of the thickness clouds fill that do not tower"]
+    shallow: Annotated[float, "extinction of sheets against that of towers"]
+    base: Annotated[float, "share of the height in which the base begins"]
+    steep: Annotated[float, "how sharply cover ends at the top: 1 domes, 5 a lid"]
+    anvil: Annotated[float, "cover of what spreads at the top, against that of the base"]
+    rough: Annotated[float, "factor on the noise"]
+    finer: Annotated[float, "whole number: how many times finer its noise is"]
 
 
 @dataclass
@@ -107,7 +117,7 @@ class CloudViewBlock:
     turn: Annotated[Mat3, "planet axes to the frame that drifts with the wind"]
     tilt: Annotated[Mat3, "planet axes to the frame of the second volume"]
     broad: Annotated[CloudVolume, "shape, in the frame turn"]
-    wide: Annotated[CloudVolume, "shape once more, in the frame tilt"]
+    wide: Annotated[CloudVolume, "cells and clusters, in the frame tilt"]
     fine: Annotated[CloudVolume, "rims, in the frame tilt"]
     finest: Annotated[CloudVolume, "rims near the eye, in the frame turn"]
     north: Annotated[CloudVolume, "the map of cirrus' trails on the northern half, in the frame turn: x and y"]
@@ -121,6 +131,7 @@ class CloudViewBlock:
     fibre_levels: Annotated[float, "mip level of the map of trails at which it is one texel"]
     shape_filter: CloudFilter
     rim_filter: CloudFilter
+    cell_filter: CloudFilter
     second_map_share: Annotated[float, "of the second of the two maps of weather"]
     map_texels: Annotated[float, "of a map of weather: inner ones a side"]
     map_border: Annotated[float, "texels"]

@@ -12,6 +12,7 @@ from cloud_kit import cloudy, opacity, renderer_of, texture
 import planetfall as pf
 from planetfall.benchmarks.scenes import preset_scene
 from planetfall.components import Clouds
+from planetfall.engine.blocks.bindings import CLOUD_CELLS_UNIT
 from planetfall.systems.clouds.field import CloudField
 from planetfall.systems.clouds.maps import BORDER
 from planetfall.systems.clouds.ours import OurClouds
@@ -235,6 +236,7 @@ def test_clouds_have_rims_in_every_weather(scope: Any, run_compute: Any) -> None
         block.bind()
         field.shape.texture.use(0)
         field.rims.texture.use(1)
+        field.cells.texture.use(int(CLOUD_CELLS_UNIT))
 
     found = run_compute(
         """

@@ -18,6 +18,7 @@
 
 layout(binding = CLOUD_SHAPE_UNIT) uniform sampler3D u_cloud_shape;
 layout(binding = CLOUD_RIMS_UNIT) uniform sampler3D u_cloud_rims;
+layout(binding = CLOUD_CELLS_UNIT) uniform sampler3D u_cloud_cells;
 
 // A program for places without any cirrus knows so at build time, and takes less time.
 #ifdef CLOUD_NO_CIRRUS
@@ -38,10 +39,13 @@ const float CLOUD_MOST_NOISE = 0.54;
 const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothing
 const float CLOUD_LEAST = 1e-4;               // cover below which no noise makes cloud
 
-const float CLOUD_SEAMS = 0.12;       // of a closed sheet's cover
-const float CLOUD_SHALLOW = 0.12;     // extinction of a sheet against that of towers
-const float CLOUD_ROLLS = 0.2;        // of noise, in rolls as far apart as the rims' volume repeats
-const float CLOUD_WARP = 0.09;        // of the clusters' period
+const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
+// of the cells' volume in the noise, of the clouds', and the sum of their squares
+const float CLOUD_CLUSTERS = 0.6, CLOUD_CELLS = 0.47, CLOUD_BOTH = 0.5809;
+const float CLOUD_STREETS = 0.15;      // of noise, at most
+const float CLOUD_STREET_M = 7.7;     // from street to street, in clumps: 2.3 thicknesses of the first layer
+const float CLOUD_MEANDER = 1.6;      // how far streets wander aside, in streets
+const float CLOUD_STREET_SHOWN = 5.0;  // footprint from which they fade, in clumps
 
 // Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
 float ramp_integral(float x, float edge) {
@@ -58,23 +62,31 @@ float hidden_variance_share(float level, CloudFilter volume) {
     return clamp(0.5 + (level - volume.half_level) * volume.per_level, 0.0, 1.0);
 }
 
-// How much of the layer's thickness clouds of a weather fill.
-float cloud_tallness(CloudWeather w) {
-    return mix(0.30, 1.0, w.towers);
+// What a layer makes of the weather: a kind by name has towers and depth of its own.
+CloudWeather cloud_weather_of(CloudViewLayer shell, CloudWeather w) {
+    return CloudWeather(w.cover, shell.follows * w.towers + shell.towers, w.high, shell.follows * w.deep + shell.deep);
+}
+
+// How much of the layer's thickness its clouds fill.
+float cloud_tallness(CloudViewLayer shell, CloudWeather w) {
+    return mix(shell.least_tall, 1.0, w.towers);
 }
 
 // How much of the map's cover a height in the layer has: a flat base, then less the higher, so that a cloud's top is as
 // high as its noise and the weather let it be.
-float cloud_height_cover(float share, CloudWeather w) {
-    float x = share / cloud_tallness(w);
-    return smoothstep(0.0, 0.10, share) * clamp((1.0 - x) * (1.0 / 0.85), 0.0, 1.0);
+// An anvil spreads below the layer's top.
+float cloud_height_cover(CloudViewLayer shell, float share, CloudWeather w) {
+    float x = share / cloud_tallness(shell, w),
+        spread = shell.anvil * clamp(8.0 * share - 6.0, 0.0, 1.0) * clamp(12.0 - 12.0 * share, 0.0, 1.0);
+    return smoothstep(0.0, shell.base, share) * max(clamp((1.0 - x) * shell.steep, 0.0, 1.0), spread);
 }
 
 // Share of a layer's height above which there is no cloud between two places of a ray, whatever the noise; 0: none at
 // all.
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) {
     CloudViewLayer shell = cloud_view.layers[layer];
-    float reach = shell.kind == CLOUD_CUMULUS ? max(cloud_tallness(a), cloud_tallness(b)) : 1.0;
+    float towers = max(cloud_weather_of(shell, a).towers, cloud_weather_of(shell, b).towers),
+        reach = shell.kind == CLOUD_CUMULUS ? mix(shell.least_tall, 1.0, towers) : 1.0;
     bool some = max(a.cover, b.cover) * shell.cover_scale > CLOUD_LEAST;
     return shell.kind == CLOUD_UNIFORM || some ? reach : 0.0;
 }
@@ -84,30 +96,29 @@ float cloud_solid(CloudWeather w) {
     return clamp(max(w.deep * w.deep, 1.3 * w.towers - 0.65), 0.0, 1.0);
 }
 
+// 1 where convection is shallow and broken: cumulus in open cells and streets.
+float cloud_open(CloudWeather w) {
+    return clamp(5.0 * w.towers - 2.75, 0.0, 1.0) * clamp(2.2 - 4.0 * w.deep, 0.0, 1.0);
+}
+
 // How dense the inside of clouds is that a weather makes: sheets are thin.
-float cloud_interior(CloudWeather w) {
-    return mix(CLOUD_SHALLOW, 1.0, cloud_solid(w));
+float cloud_interior(CloudViewLayer shell, CloudWeather w) {
+    return mix(shell.shallow, 1.0, cloud_solid(w));
 }
 
 // Vertical optical depth of a whole cloud of a weather. density: of the sheet of ice there, if it is one.
-float cloud_column(int layer, CloudWeather w, float density) {
+float cloud_column(int layer, CloudWeather weather, float density) {
     CloudViewLayer shell = cloud_view.layers[layer];
+    CloudWeather w = cloud_weather_of(shell, weather);
     float even = cirrus_filled(shell, vec2(0.0, 1.0));
-    float billows = CLOUD_MEAN_FILL * cloud_tallness(w) * cloud_interior(w);
+    float billows = CLOUD_MEAN_FILL * cloud_tallness(shell, w) * cloud_interior(shell, w);
     float mean = shell.kind == CLOUD_UNIFORM ? even : CLOUD_IS_CIRRUS(layer) ? even * density : billows;
     return (shell.top_m - shell.base_m) * shell.extinction_per_m * mean;
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
-float cloud_clumped(float share, float hidden, float extinction) {
-    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m);
-}
-
-// Clusters are swept into one another by eddies as wide as they are apart: whole waves a period, so that it repeats
-// with them.
-vec3 warped_clusters(vec3 place) {
-    vec3 x = 2.0 * fract(place.yzx + vec3(1.0, -1.0, 1.0) * place.zxy) - 1.0;
-    return place + CLOUD_WARP * 4.0 * x * (1.0 - abs(x));
+float cloud_clumped(float share, float hidden, float extinction, float finer) {
+    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m / finer);
 }
 
 // What the two wide volumes say of a place, before its rims.
@@ -132,58 +143,69 @@ CloudPlace cloud_place(vec3 place) {
     return CloudPlace(turned, cloud_tilted(place), CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m);
 }
 
+// Whole waves a period, so that they repeat with it: a parabola for a sine. -1..1.
+float cloud_wave(float periods) {
+    float x = 2.0 * fract(periods) - 1.0;
+    return 4.0 * x * (1.0 - abs(x));
+}
+
 // The two volumes of the shape: noise around 0, as far as the footprint tells its cells apart, and the share of its
 // variance that it shows.
 struct CloudShape {
     float broad, wide;
     float broad_resolved, wide_resolved;
+    float aside;   // where eddies push streets, -1..1
 };
 
-// Clouds of two sizes.
-CloudShape cloud_shape(CloudPlace p, float footprint_m) {
-    vec3 second = warped_clusters(CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m);
-    vec3 first = CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m;
-    float first_level = cloud_level(cloud_view.broad_level, footprint_m),
-        second_level = cloud_level(cloud_view.wide_level, footprint_m);
-    float wide = textureLod(u_cloud_shape, second, second_level + cloud_dither - 0.5).r - 0.5,
+// Clouds, and the cells and clusters that they are in.
+// footprint: in metres, times finer.
+CloudShape cloud_shape(CloudPlace p, float footprint, float finer) {
+    vec3 second = (CLOUD_ORIGIN(wide) + p.tilted * cloud_view.wide.per_m) * finer;
+    vec3 first = (CLOUD_ORIGIN(broad) + p.turned * cloud_view.broad.per_m) * finer;
+    float first_level = cloud_level(cloud_view.broad_level, footprint),
+        second_level = cloud_level(cloud_view.wide_level, footprint);
+    float wide = textureLod(u_cloud_cells, second, second_level + cloud_dither - 0.5).r - 0.5,
         broad = textureLod(u_cloud_shape, first, first_level + cloud_dither - 0.5).r - 0.5;
-    float first_resolved = cells_resolved(footprint_m, cloud_view.broad.per_m),
-        second_resolved = cells_resolved(footprint_m, cloud_view.wide.per_m);
+    float first_resolved = cells_resolved(footprint, cloud_view.broad.per_m),
+        second_resolved = cells_resolved(footprint, cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
-        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.shape_filter)));
+        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)),
+        cloud_wave(second.x + second.y));
 }
 
-// Rolls across the wind, here and there in shallow weather: across an axis of the tilted frame; where that stands
-// upright there are none.
-float cloud_rolls(CloudPlace p, float wide, float shallow, float footprint_m) {
-    float upright = dot(p.from_middle, vec3(2.0, -1.0, 2.0) / 3.0),
-        resolved = cells_resolved(footprint_m, cloud_view.fine.per_m);
-    float rolled = CLOUD_ROLLS * shallow * (1.0 - upright * upright) * smoothstep(0.0, 0.25, wide);
-    float wave = 2.0 * fract(CLOUD_ORIGIN(fine).x + p.tilted.x * cloud_view.fine.per_m + wide) - 1.0;
-    return rolled * resolved * 4.0 * wave * (1.0 - abs(wave));
+// Streets of cumulus along the trade winds, which follow the circles of latitude but for what eddies push them aside;
+// here in long rows, there in none. shown: share of their height that a footprint leaves.
+float cloud_streets(CloudPlace p, CloudShape shape, float amount) {
+    float across = p.from_middle.z / (cloud_view.bend.per_m * CLOUD_STREET_M * cloud_view.clump_m);
+    return amount * cloud_wave(across + CLOUD_MEANDER * shape.aside + 0.8 * shape.wide);
 }
 
 // All kinds of layer without a branch: software GPUs execute both sides of one, and a loop's body once even for no
 // turns.
-CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float footprint_m) {
+CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather, float footprint_m) {
     CloudViewLayer shell = cloud_view.layers[layer];
+    CloudWeather w = cloud_weather_of(shell, weather);
     CloudPlace p = cloud_place(place);
-    CloudShape shape = cloud_shape(p, footprint_m);
-    // Sheets are of small cells, deep weather is in clusters. Squares of the weights add up to one: the variance stays
-    // that of one volume.
-    float clusters = mix(0.35, 0.55, smoothstep(0.25, 0.75, w.towers)), cells = sqrt(1.0 - clusters * clusters);
-    float hidden = max(1.0 - cells * cells * shape.broad_resolved - clusters * clusters * shape.wide_resolved, 0.0);
-    // Shallow weather: stratocumulus, in closed cells with thin seams.
-    float shallow = 1.0 - cloud_solid(w);
+    CloudShape shape = cloud_shape(p, footprint_m * shell.finer, shell.finer);
+    // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
+    // cloud; streets in the trades.
+    float open = cloud_open(w), trades = clamp(2.5 - 5.0 * abs(p.from_middle.z), 0.0, 1.0),
+        turned_out = 1.0 - 2.0 * open * (1.0 - trades), streets = CLOUD_STREETS * open * trades,
+        shown = clamp(1.3 - footprint_m / (CLOUD_STREET_SHOWN * cloud_view.clump_m), 0.0, 1.0);
+    float shallow = 1.0 - cloud_solid(w), hidden = max(1.0 - CLOUD_CELLS * CLOUD_CELLS / CLOUD_BOTH * shape.broad_resolved
+        - CLOUD_CLUSTERS * CLOUD_CLUSTERS / CLOUD_BOTH * shape.wide_resolved, 0.0);
+    float variance = 0.25 * CLOUD_BOTH * shell.rough * shell.rough * hidden
+        + 8.0 / 15.0 * streets * streets * (1.0 - shown * shown);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
-        cover = most * cloud_height_cover(share, w);
-    float noise = cells * shape.broad + clusters * shape.wide + cloud_rolls(p, shape.wide, shallow, footprint_m);
+        cover = most * cloud_height_cover(shell, share, w);
+    float wide = shell.rough * CLOUD_CLUSTERS * turned_out * shape.wide,
+        noise = shell.rough * CLOUD_CELLS * shape.broad + wide + cloud_streets(p, shape, streets * shown);
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float excess = noise - (0.5 - cover) - CLOUD_MOST_NOISE * scarce * scarce;
-    return CloudNoise(excess, 0.25 * hidden, hidden, cloud_interior(w), clusters * shape.wide - 0.5 + most, cover,
+    float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + streets) * scarce * scarce;
+    return CloudNoise(excess, variance, hidden, cloud_interior(shell, w), wide - 0.5 + most, cover,
         p.turned, p.tilted);
 }
 
@@ -195,6 +217,7 @@ float cloud_relief(CloudViewLayer shell, float excess) {
 // How far the noise lies below any cloud, whatever the rims are; 0: there may be some.
 float cloud_gap(int layer, CloudNoise n, float footprint_m) {
     float relief = cloud_relief(cloud_view.layers[layer], n.excess);
+    footprint_m *= cloud_view.layers[layer].finer;
     float rim_variance = CLOUD_RIM * CLOUD_RIM * hidden_variance_share(cloud_level(cloud_view.fine_level, footprint_m),
         cloud_view.rim_filter)
         + CLOUD_RIM_NEAR * CLOUD_RIM_NEAR * hidden_variance_share(cloud_level(cloud_view.finest_level, footprint_m),
@@ -213,9 +236,10 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     int turns = excess > -0.3 - 0.5 * sqrt(variance) && n.hidden_share < 0.99 ? rims : 0, i = 0;
     // Left at its end: software GPUs go through the turn, too, in which a loop is left at its head.
     if (rims > 0) do {
-        vec3 at = i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
-            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m;
-        float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level, footprint_m);
+        vec3 at = (i == 0 ? CLOUD_ORIGIN(fine) + n.tilted * cloud_view.fine.per_m
+            : CLOUD_ORIGIN(finest) + n.turned * cloud_view.finest.per_m) * shell.finer;
+        float level = cloud_level(i == 0 ? cloud_view.fine_level : cloud_view.finest_level,
+            footprint_m * shell.finer);
         float weight = turns > 0 ? (i == 0 ? CLOUD_RIM : CLOUD_RIM_NEAR) * relief : 0.0;
         float rim = textureLod(u_cloud_rims, at, level + cloud_dither - 0.5).r - 0.5;
         // Billows above, wisps below: at the base the noise is turned round.
@@ -226,7 +250,8 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
         * step(CLOUD_LEAST, n.cover);
     // Sheets that close the sky are of thick and thin places all the same.
     float interior = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thickness))) * n.interior;
-    float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m);
+    float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m,
+        shell.finer);
 
     float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
     float density = shell.kind == CLOUD_UNIFORM ? even : billows;

@@ -19,7 +19,7 @@ float depth_below(int layer, float share) {
 float cloud_sides(int layer, CloudWeather w) {
     CloudViewLayer shell = cloud_view.layers[layer];
     float gaps = 1.0 - clamp(w.cover * shell.cover_scale, 0.0, 1.0);
-    return shell.kind == CLOUD_CUMULUS ? sqrt(gaps) * cloud_tallness(w) : 0.0;
+    return shell.kind == CLOUD_CUMULUS ? sqrt(gaps) * cloud_tallness(shell, cloud_weather_of(shell, w)) : 0.0;
 }
 
 // Share of the sky that is closed, as far as the ground below is concerned: cirrus hardly dims it.

@@ -23,16 +23,28 @@ float tiled_gradient(vec3 place, int cells, int seed) {
     return sum;
 }
 
-// 1 at feature points, one in each cell, falling to 0 at a cell's width from them (Worley 1996, inverted).
-float tiled_worley(vec3 place, int cells, int seed) {
+// Squared distances to the nearest two of feature points, one in each cell (Worley 1996).
+vec2 tiled_nearest2(vec3 place, int cells, int seed) {
     ivec3 cell = ivec3(floor(place));
     vec3 f = place - vec3(cell);
-    float nearest2 = 1.0;
+    vec2 nearest2 = vec2(4.0);
     for (int i = 0; i < 27; ++i) {
         ivec3 away = ivec3(i % 3, (i / 3) % 3, i / 9) - 1;
         vec3 point = 0.5 + 0.5 * vec3(tiled_hash(cell + away, cells, seed)) * NOISE_GRADIENT_SCALE;
         vec3 to = vec3(away) + point - f;
-        nearest2 = min(nearest2, dot(to, to));
+        float distance2 = dot(to, to);
+        nearest2 = vec2(min(nearest2.x, distance2), min(nearest2.y, max(nearest2.x, distance2)));
     }
-    return 1.0 - sqrt(nearest2);
+    return nearest2;
+}
+
+// 1 at feature points, falling to 0 at a cell's width from them.
+float tiled_worley(vec3 place, int cells, int seed) {
+    return 1.0 - sqrt(min(tiled_nearest2(place, cells, seed).x, 1.0));
+}
+
+// 0 on the faces between cells.
+float tiled_seams(vec3 place, int cells, int seed) {
+    vec2 found = sqrt(tiled_nearest2(place, cells, seed));
+    return found.y - found.x;
 }

@@ -1,5 +1,6 @@
 // Volumes of noise that wrap. VOLUME 0: the shape of clouds, billows on a gradient noise that joins and parts them (the
-// Perlin-Worley noise of Schneider 2015). VOLUME 1: billows alone, in three octaves, for their rims.
+// Perlin-Worley noise of Schneider 2015). VOLUME 1: billows alone, in three octaves, for their rims. VOLUME 2: cells and
+// clusters, wide bodies between narrow seams.
 // Values are raw: systems/clouds/volumes.py spreads them evenly over 0..1, so that a threshold is a share of the space.
 #include "clouds/tiled_noise.glsl"
 
@@ -25,6 +26,21 @@ float volume_value(vec3 p) {
         cells *= 2;
     }
     return joined + 1.1 * billows;
+}
+#elif VOLUME == 2
+// How far a place is from the seam to the next cell, in cells (Worley 1996: F2 - F1). Seams are bent by noise, and
+// cells are torn by what is smaller than they are: convection has all sizes.
+float volume_value(vec3 p) {
+    vec3 bent = p + 0.05 * vec3(tiled_gradient(p * 8.0, 8, 40), tiled_gradient(p * 8.0, 8, 41),
+        tiled_gradient(p * 8.0, 8, 42));
+    float seams = tiled_seams(bent * 4.0, 4, 48), torn = 0.0, weight = 0.4;
+    int cells = 4;
+    for (int k = 0; k < 4; ++k) {
+        torn += weight * tiled_gradient(p * float(cells), cells, 56 + k);
+        weight *= 0.6;
+        cells *= 2;
+    }
+    return min(seams, 0.5) + torn;
 }
 #else
 float volume_value(vec3 p) {

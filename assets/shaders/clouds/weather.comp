@@ -26,6 +26,7 @@ layout(binding = 0) uniform sampler2D u_cover;       // of a file, on a square l
 layout(location = 6) uniform float u_cover_border;   // texels
 #endif
 
+const float BROKEN_RAW = 0.0, BROKEN_SLOPE = 0.5;   // of broken convection's cover
 const float DRIFT_RAD = 0.9;   // of the fastest winds in a generation's life, relative to the frame
 
 float noise_at(vec3 place, int seed) {
@@ -128,7 +129,7 @@ void add_generation(inout WeatherNoise sum, Generation g, vec3 wound, float wind
         if (k < 4) broad += n;
         else fine += n;
         frequency *= 2.13;
-        amplitude *= 0.72;
+        amplitude *= 0.68;
     }
     // Fronts along the jets: bands of a few hundred kilometres, thousands long.
     float jet = noise_at(bent * vec3(2.6, 2.6, 3.6), g.seed + 40) + 0.4 * noise_at(bent * 6.7, g.seed + 41)
@@ -154,16 +155,23 @@ vec4 weather_at(vec3 d) {
     n.broad = n.imported - 0.5;
     n.jets = 0.0;
 #endif
-    float level = 0.10 * b.rain - 0.50 * b.dry + 0.20 * b.storms + 0.14 * b.polar;
+    // Sheets of stratocumulus in the dry belts, over half of their length: the cold sides of seas.
+    float decks = b.dry * smoothstep(-0.05, 0.2, noise_at(d * 2.3, 50) + 0.3 * noise_at(d * 6.1, 51));
+    float level = 0.10 * b.rain - 0.24 * b.dry + 0.20 * b.storms + 0.14 * b.polar + 0.75 * decks;
     float ribbon = (b.storms + 0.25 * b.dry) * n.jets;
-    float raw = level + 1.15 * n.broad + (1.9 + 1.0 * b.rain) * n.fine + 1.1 * c.front - 1.0 * c.gap + 1.2 * c.core
+    float raw = level + 1.15 * n.broad + (1.8 + 0.8 * b.rain) * n.fine + 1.1 * c.front - 0.6 * c.gap + 1.2 * c.core
         + 0.5 * ribbon;
     float deep = clamp(0.22 + 0.15 * b.rain + 0.6 * c.front + 0.8 * c.core + 0.5 * n.broad + 2.4 * n.fine
-        + 0.35 * ribbon - 0.2 * b.dry, 0.0, 1.0);
+        + 0.35 * ribbon - 0.2 * b.dry - 0.3 * c.gap - 0.2 * decks, 0.0, 1.0);
     float towers = clamp(0.5 + 0.45 * b.rain + 0.1 * b.dry - 0.35 * b.polar + 0.15 * b.storms + 0.9 * n.kinds
-        + 0.4 * c.front, 0.0, 1.0);
+        + 0.4 * c.front + 0.3 * c.gap - 0.6 * decks, 0.0, 1.0);
+    // Cold air over warm sea, behind fronts and in the trades: neither closed nor clear over hundreds of kilometres.
+    float broken = smoothstep(0.55, 0.75, towers) * (1.0 - smoothstep(0.3, 0.55, deep));
+    raw = mix(raw, BROKEN_RAW + BROKEN_SLOPE * raw, broken);
+    // Anvils of the rain belt's clusters.
+    float anvils = b.rain * clamp(3.0 * n.fine + 0.6 * n.broad, 0.0, 1.0);
     float high = clamp(0.42 + 0.9 * n.streaks + 0.35 * c.front + 0.3 * b.rain + 0.2 * ribbon - 0.25 * b.dry
-        + 0.15 * b.storms, 0.0, 1.0);
+        + 0.15 * b.storms + 0.5 * anvils, 0.0, 1.0);
 #ifdef IMPORTED
     raw = n.imported;
 #endif
