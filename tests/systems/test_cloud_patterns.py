@@ -17,7 +17,7 @@ pytestmark = pytest.mark.gpu
 
 Floats = NDArray[np.float64]
 
-RADIUS_M = 6.36e6
+RADIUS_M = 6.371e6
 PLACES = 24
 KNOBS = {"clouds.map_texels": 2048, "clouds.fibre_texels": 64}
 """The map of weather of `high`; no ice is looked at."""
