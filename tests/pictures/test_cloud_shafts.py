@@ -267,9 +267,9 @@ def test_clouds_are_lit_until_the_planet_hides_the_sun_from_their_tops() -> None
 
 def test_after_sunset_clouds_are_red_from_below() -> None:
     """Sunlight has come through hundreds of kilometres of air; the sky above, which is blue, lights them as well."""
-    dusk = pf.Sun(elevation_deg=-0.7, azimuth_deg=120.0, latitude_deg=20.0, longitude_deg=10.0)
-    high = pf.Sun(elevation_deg=40.0, azimuth_deg=120.0, latitude_deg=20.0, longitude_deg=10.0)
-    camera = pf.Camera.at(20.0, 10.0, 100.0, heading_deg=120.0, pitch_deg=20.0)
+    dusk = pf.Sun(elevation_deg=-0.7, azimuth_deg=120.0, latitude_deg=5.0, longitude_deg=30.0)
+    high = pf.Sun(elevation_deg=40.0, azimuth_deg=120.0, latitude_deg=5.0, longitude_deg=30.0)
+    camera = pf.Camera.at(5.0, 30.0, 100.0, heading_deg=120.0, pitch_deg=20.0)
     with renderer_of(cloudy(coverage=0.7), (48, 27)) as renderer:
 
         def colour(sun: pf.Sun) -> np.ndarray:

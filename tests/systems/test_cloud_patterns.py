@@ -17,7 +17,7 @@ pytestmark = pytest.mark.gpu
 
 Floats = NDArray[np.float64]
 
-RADIUS_M = 6.36e6
+RADIUS_M = 6.371e6
 PLACES = 24
 KNOBS = {"clouds.map_texels": 2048, "clouds.fibre_texels": 64}
 """The map of weather of `high`; no ice is looked at."""
@@ -62,7 +62,7 @@ def ring_power(picture: Floats) -> Floats:
     power = np.abs(np.fft.fftshift(np.fft.fft2((picture - picture.mean()) * window))) ** 2
     k = np.arange(count) - count // 2
     rings = np.round(np.hypot(k[:, None], k[None, :])).astype(int)
-    return np.bincount(rings.ravel(), power.ravel())[1 : count // 2]
+    return np.bincount(rings.ravel(), power.ravel())[1 : count // 2].astype(np.float64)
 
 
 def spectral_slope(power: Floats, width_m: float, shortest_m: float, longest_m: float) -> float:
@@ -105,7 +105,7 @@ def direction_share(picture: Floats, window: int = 64) -> list[float]:
     """Of each window that has edges: how far the directions of its gradients agree, 0 all alike to 1 a comb (the
     coherence of the structure tensor)."""
     shares = []
-    down, across = np.gradient(picture)
+    down, across = np.gradient(picture, axis=0), np.gradient(picture, axis=1)
     for row in range(0, len(picture), window):
         for column in range(0, len(picture), window):
             y, x = (g[row : row + window, column : column + window] for g in (down, across))
