@@ -23,8 +23,9 @@ ACROSS = pf.Camera.at(-16.0, 30.0, 100.0, heading_deg=120.0, pitch_deg=8.0)
 
 
 def test_shafts_are_within_five_percent_of_a_float64_march() -> None:
-    """At medium, of broken clouds that are marched in full detail; the promise is 5 % in the median."""
-    relative = measure.shaft_errors(measure.weather_clouds(), measure.WEATHER[::3], "medium", (10, 6))
+    """At medium, of broken clouds that are marched in full detail; the promise is 5 % in the median of all places. Few
+    places say little: single ones are 1 to 12 % off, by how much of their air is in shadow."""
+    relative = measure.shaft_errors(measure.weather_clouds(), measure.WEATHER, "medium", (7, 4))
     assert len(relative) > 100
     assert np.median(relative) < 0.05
 
