@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from typing import Self
 
 from ._knob import knob
 
@@ -99,9 +99,9 @@ class CloudLayer:
     )  # fmt: skip
 
     @classmethod
-    def of(cls, kind: str, **fields: Any) -> Self:
+    def of(cls, kind: str, **fields: object) -> Self:
         """A layer of a kind, at the heights and of the extinction that such clouds have; fields: what is different."""
-        return cls(**{**KIND_LAYERS.get(kind, {}), "kind": kind, **fields})
+        return replace(cls(), **{**KIND_LAYERS.get(kind, {}), "kind": kind, **fields})
 
 
 @dataclass

@@ -133,8 +133,8 @@ def placed(shot: Shot) -> Placed:
     if shot.sun is not None and place is not None:
         sun = Sun(elevation_deg=shot.sun[0], azimuth_deg=shot.sun[1], latitude_deg=place.latitude_deg,
                   longitude_deg=place.longitude_deg)  # fmt: skip
-    direction = resolve_sun(sun, None).direction
-    lit = Sun(direction=tuple(float(x) for x in direction), irradiance=(1.0, 1.0, 1.0))
+    x, y, z = (float(part) for part in resolve_sun(sun, None).direction)
+    lit = Sun(direction=(x, y, z), irradiance=(1.0, 1.0, 1.0))
     scene.sun = lit
     camera = Camera(pose.position_m, pose.forward, pose.up, at.optics.fov_y_deg, ev100=at.optics.ev100)
     return Placed(scene, camera, lit, at.time_s or 0.0)
@@ -168,7 +168,8 @@ def key_of(shot: Shot) -> str:
     at = placed(shot)
     texts = [(ASSETS / "shaders" / "clouds" / name).read_text() for name in _DENSITY]
     state = at.camera.resolve(at.scene)
-    numbers = [*state.position_m.round(3), *state.forward.round(9), *state.up.round(9), *at.sun.direction, at.time_s]
+    sun = at.sun.direction or ()
+    numbers = [*state.position_m.round(3), *state.forward.round(9), *state.up.round(9), *sun, at.time_s]
     about = json.dumps([asdict(at.scene.planet[Clouds]), dict(ALIKE), [float(x) for x in numbers], asdict(shot)])
     return TableCache.key(str(_VERSION), *texts, about)
 

@@ -158,7 +158,7 @@ def _check_clouds(case: Case, session: Session) -> Found:
     turn, tilt = frames_at(case["wind_m_s"], case["radius_m"], case["time_s"])
     anchor_m = np.array(case["anchor"]) * (case["radius_m"] + case["height_m"])
     block = zeros(CloudViewBlock)
-    write_noise(block, turn, tilt, anchor_m, case["radius_m"], case["thickness_m"], 64, 32, 64)
+    write_noise(block, turn, tilt, anchor_m, case["radius_m"], case["thickness_m"], 64, 32, 32, 64)
     count = NUMBERS // 6
     ways = rng.normal(size=(count, 3))
     place = ways / np.linalg.norm(ways, axis=1)[:, None] * (10.0 ** rng.uniform(0.0, 5.5, count))[:, None]

@@ -75,7 +75,7 @@ def _speed(session: Session) -> None:
     """Sky and air without ground, sea and stars: a still camera, and one that climbs, whose tables are refilled."""
     qualities = (PROMISED,) if session.small else QUALITIES
     for size in (BENCH,) if session.small else (BENCH, FULL_HD):
-        with _renderers({quality: (_bare(), quality) for quality in qualities}, size) as renderers:
+        with _renderers({quality: (_bare(), quality, {}) for quality in qualities}, size) as renderers:
             views = {(name, way): _cameras(name, way) for name in CAMERAS for way in ("still", "climbing")}
             labels = {f"{name}, {way}": cameras for (name, way), cameras in views.items()}
             for (quality, label), costs in air_speed.time_passes(renderers, labels, session.runs(9, 4)).items():
@@ -94,7 +94,8 @@ def _shading(session: Session) -> None:
     for size in (BENCH,) if session.small else (BENCH, FULL_HD):
         airless = preset_scene("earth")
         airless.planet.remove(Atmosphere)
-        scenes = {quality: (preset_scene("earth"), quality) for quality in qualities} | {"none": (airless, PROMISED)}
+        scenes = {quality: (preset_scene("earth"), quality, {}) for quality in qualities}
+        scenes["none"] = (airless, PROMISED, {})
         with _renderers(scenes, size) as renderers:
             views = {name: [view(name)] for name in TABLE_VIEWS}
             found = air_speed.time_passes(renderers, views, session.runs(7, 3))
@@ -223,13 +224,13 @@ def _cameras(name: str, way: str) -> list[Camera]:
 
 @contextmanager
 def _renderers(
-    scenes: Mapping[str, tuple[Scene, str] | tuple[Scene, str, Mapping[str, Any]]], size: tuple[int, int]
+    scenes: Mapping[str, tuple[Scene, str, Mapping[str, Any]]], size: tuple[int, int]
 ) -> Iterator[dict[str, Renderer]]:
     """Renderers that live side by side, to take turns: each has a context of its own."""
     made: dict[str, Renderer] = {}
     try:
-        for name, (scene, quality, *overrides) in scenes.items():
-            made[name] = Renderer(scene, size, quality, *overrides)
+        for name, (scene, quality, overrides) in scenes.items():
+            made[name] = Renderer(scene, size, quality, overrides)
         yield made
     finally:
         for renderer in made.values():

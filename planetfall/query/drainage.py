@@ -15,7 +15,7 @@ from ..systems.terrain.drainage.network import CELLS, Network, network_of
 from ..systems.terrain.height import TerrainParams
 
 if TYPE_CHECKING:
-    from ..scene.scene import PlanetHandle
+    from ..scene.handle import Parts
 
 __all__ = ["Drainage", "River", "drainage_at", "network_below", "rivers_of"]
 
@@ -68,10 +68,12 @@ def climate_params(terrain: Terrain, sea: bool = True) -> ClimateParams:
     return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, sea)
 
 
-def network_below(planet: PlanetHandle, cells: int = CELLS, progress: Callable[[float], None] | None = None) -> Network:
+def network_below(planet: Parts, cells: int = CELLS, progress: Callable[[float], None] | None = None) -> Network:
     """The rivers of a scene's planet; solved, or from the user's cache folder."""
-    terrain = planet[Terrain]
-    params = TerrainParams.from_component(terrain, planet[Planet].radius_m)
+    terrain, shape = planet.get(Terrain), planet.get(Planet)
+    if terrain is None or shape is None:
+        raise ValueError("drainage: the planet has no Terrain, so there is nothing that water could run down")
+    params = TerrainParams.from_component(terrain, shape.radius_m)
     return network_of(params, climate_params(terrain, planet.get(Ocean) is not None), cells, progress)
 
 

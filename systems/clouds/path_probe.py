@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Clouds
-from ...engine.blocks.bindings import PLANET_BLOCK
+from ...engine.blocks.bindings import PATH_RAY_BUFFER, PLANET_BLOCK, WEATHER_STEEP_UNIT
 from ...engine.blocks.layout import UInt, Vec3
 from ...engine.frame.block import FrameBlock, PlanetBlock
 from ...engine.gpu import GpuScope, StructLayout
@@ -39,7 +39,6 @@ _BRANCHES = 4
 """Ways on from the first place of scattering, as one path."""
 LITTLE = 0.02
 """Light of a unit sun below which chance decides whether its way to the sun is followed to the end."""
-_STEEP_UNIT = 6
 _ABOVE_M = 100.0
 """Above all cloud, where rays from farther away start."""
 _OCTAHEDRAL = 2.0
@@ -209,7 +208,7 @@ class PathProbe:
         rays = self._gpu.buffer(records.tobytes())
         try:
             self._bind()
-            rays.bind_to_storage_buffer(0)
+            rays.bind_to_storage_buffer(PATH_RAY_BUFFER)
             self._clear.set("u_rays", len(records))
             self._clear.run_over(len(records))
             self._gpu.ctx.memory_barrier()
@@ -222,16 +221,13 @@ class PathProbe:
         self._block.bind()
         self.field.bind()
         assert self._steep is not None
-        self._steep.use(_STEEP_UNIT)
+        self._steep.use(WEATHER_STEEP_UNIT)
 
     def _steepest(self) -> tuple[float, float]:
-        """1/m: steepest gradient of the volume of shapes at both its widths."""
-        texture, block = self.field.shape.texture, self.field.block
-        size = texture.size[0]
-        dtype = np.float32 if texture.dtype == "f4" else np.float16
-        volume = np.frombuffer(texture.read(), dtype).astype(np.float32).reshape(size, size, size)
-        texel = _steepest_cell(volume) * size
-        return texel * block.broad.per_m, texel * block.wide.per_m
+        """1/m: steepest gradients of the volume of shapes and of that of cells, as wide as the first layer has them."""
+        block = self.field.block
+        shape, cells = (_steepest_texel(volume.texture) for volume in (self.field.shape, self.field.cells))
+        return shape * block.broad.per_m, cells * block.wide.per_m
 
     def _weather_steep(self) -> moderngl.Texture:
         """By texel of the maps of weather: 1/m of cover, and the most of towers and of depth, around it."""
@@ -271,7 +267,7 @@ class PathProbe:
         program, most = self._program, len(jobs)
         try:
             self._bind()
-            for number, buffer in enumerate(made):
+            for number, buffer in enumerate(made, PATH_RAY_BUFFER):
                 buffer.bind_to_storage_buffer(number)
             for name, value in (("u_turns", _TURNS), ("u_paths", PATHS), ("u_little", LITTLE), ("u_seed", seed)):
                 program.set(name, value)
@@ -303,6 +299,13 @@ def _most_around(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]
         padded, count = np.pad(values, width, mode="edge"), values.shape[axis]
         values = np.max([padded.take(range(k, k + count), axis) for k in range(2 * reach + 1)], axis=0)
     return values
+
+
+def _steepest_texel(texture: moderngl.Texture) -> float:
+    """Length of the steepest gradient of a volume of noise, per period."""
+    size = texture.size[0]
+    dtype = np.float32 if texture.dtype == "f4" else np.float16
+    return size * _steepest_cell(np.frombuffer(texture.read(), dtype).astype(np.float32).reshape(size, size, size))
 
 
 def _steepest_cell(volume: NDArray[np.float32]) -> float:

@@ -125,10 +125,10 @@ def test_over_white_ground_nothing_is_lost() -> None:
 
 
 def weather_view(at_m: float = 2500.0) -> PathView:
-    """A fan of rays from a place among clouds."""
+    """A fan of rays from a place among clouds, all of which meet some."""
     rng = np.random.default_rng(3)
     ways = rng.normal(size=(24, 3))
-    position = pf.direction(48.0, -30.0) * (6.36e6 + at_m)
+    position = pf.direction(55.0, -20.0) * (6.36e6 + at_m)
     sun = pf.direction(30.0, 0.0)
     return PathView(position, ways, NO_WIDTH, NO_WIDTH, sun, 0.005, 0.12)
 

@@ -2,8 +2,8 @@
 #include "clouds/run_light.glsl"
 #include "clouds/sun_optical_depth.glsl"
 
-// From close by fibres lie before one another at all heights of the layer, and what is seen is their mean: up to so many
-// thicknesses away, and this share of one wide.
+// From close by fibres lie before one another at all heights of the layer, and what is seen is their mean: up to so
+// many thicknesses away, and this share of one wide.
 const float NEAR_THICKNESSES = 8.0, NEAR_SPREAD = 0.3;
 
 void march_cirrus(inout March m, LayerRay r) {

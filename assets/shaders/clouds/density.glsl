@@ -193,7 +193,8 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather,
     float open = cloud_open(w), trades = clamp(2.5 - 5.0 * abs(p.from_middle.z), 0.0, 1.0),
         turned_out = 1.0 - 2.0 * open * (1.0 - trades), streets = CLOUD_STREETS * open * trades,
         shown = clamp(1.3 - footprint_m / (CLOUD_STREET_SHOWN * cloud_view.clump_m), 0.0, 1.0);
-    float shallow = 1.0 - cloud_solid(w), hidden = max(1.0 - CLOUD_CELLS * CLOUD_CELLS / CLOUD_BOTH * shape.broad_resolved
+    float shallow = 1.0 - cloud_solid(w);
+    float hidden = max(1.0 - CLOUD_CELLS * CLOUD_CELLS / CLOUD_BOTH * shape.broad_resolved
         - CLOUD_CLUSTERS * CLOUD_CLUSTERS / CLOUD_BOTH * shape.wide_resolved, 0.0);
     float variance = 0.25 * CLOUD_BOTH * shell.rough * shell.rough * hidden
         + 8.0 / 15.0 * streets * streets * (1.0 - shown * shown);

@@ -1,6 +1,6 @@
 // Volumes of noise that wrap. VOLUME 0: the shape of clouds, billows on a gradient noise that joins and parts them (the
-// Perlin-Worley noise of Schneider 2015). VOLUME 1: billows alone, in three octaves, for their rims. VOLUME 2: cells and
-// clusters, wide bodies between narrow seams.
+// Perlin-Worley noise of Schneider 2015). VOLUME 1: billows alone, in three octaves, for their rims. VOLUME 2: cells
+// and clusters, wide bodies between narrow seams.
 // Values are raw: systems/clouds/volumes.py spreads them evenly over 0..1, so that a threshold is a share of the space.
 #include "clouds/tiled_noise.glsl"
 

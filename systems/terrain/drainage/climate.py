@@ -115,7 +115,7 @@ def runoff_mm(rain: Floats, temperature: Floats) -> Floats:
 def _shares(directions: Floats, neighbours: NDArray[np.int64], there: NDArray[np.bool_]) -> Floats:
     """(N, 8): of the air of a cell what came from each neighbour, by how well the wind blows along the way from it."""
     blowing, shares = winds(directions), np.zeros(neighbours.shape)
-    for k in range(shares.shape[1]):
+    for k in range(8):
         way = directions - directions[neighbours[:, k]]
         x, y, z = way.T
         length = np.sqrt(np.maximum(x * x + y * y + z * z, 1e-30))

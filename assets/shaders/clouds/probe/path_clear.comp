@@ -9,7 +9,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) buffer Rays { PathRay rays[]; };
+layout(std430, binding = PATH_RAY_BUFFER) buffer Rays { PathRay rays[]; };
 layout(location = 3) uniform int u_rays;
 layout(location = 6) uniform vec3 u_up;          // at the anchor, from which places count
 layout(location = 10) uniform vec3 u_right;      // across a pixel, for rays 1 long along the camera's forward axis
@@ -25,7 +25,8 @@ float clear_of(CloudViewLayer shell, int layer, vec3 point, float altitude, vec3
     // Outside the layer: to it, and around the place below or above in it.
     float away = (share - within) / shell.per_thickness;
     CloudNoise n = cloud_noise(layer, point - up * away, within, w, 0.0);
-    float inside = shell.kind == CLOUD_UNIFORM ? 0.0 : max(path_bounds(shell, w, n, within, steep).x, 0.0);
+    float clear_m = path_bounds(layer, shell, w, n, within, steep).x,
+        inside = shell.kind == CLOUD_UNIFORM ? 0.0 : max(clear_m, 0.0);
     return sqrt(away * away + inside * inside);
 }
 

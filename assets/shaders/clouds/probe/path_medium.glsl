@@ -10,14 +10,17 @@
 #include "common/camera.glsl"
 #include "clouds/density.glsl"
 
-layout(location = 1) uniform vec2 u_steepest;   // 1/m: of noise in the volumes broad and wide
+layout(location = 1) uniform vec2 u_steepest;   // 1/m: of noise in the volumes of shapes and of cells; times finer
 layout(location = 2) uniform int u_layers;      // of the block's, those with droplets
 // By texel of the maps of weather, of those up to two texels around: 1/m of cover; of towers and of depth.
-layout(binding = 6) uniform sampler2D u_weather_steep;
+layout(binding = WEATHER_STEEP_UNIT) uniform sampler2D u_weather_steep;
 
 const float PATH_REACH_M = 250.0;       // that a bound holds for inside clouds
 const float PATH_CLEAR_M = 2000.0;      // and at most in the clear
-const float PATH_CLEAR_EXCESS = -0.125; // of noise: no rim reaches from below it (cloud_gap: excess + 0.33 relief < 0)
+const float PATH_CLEAR_EXCESS = -0.125; // of noise: no rim of a layer as it comes reaches from below it
+const float PATH_FLAT_EXCESS = -0.2;    // and below this there are no rims (density.glsl, cloud_relief)
+const float PATH_WEATHER_STEP = 1.0 / 255.0;   // of weather that is interpolated
+const float PATH_TEXEL_STEP = 1.0 / 256.0;     // of a texel, in volumes
 const float PATH_ENDLESS = 1e9;
 const float PATH_BEYOND_M = 0.05;       // that a path goes beyond a boundary, so as not to meet it again
 
@@ -26,16 +29,26 @@ struct PathMedium {
     float scattered, asymmetry;       // share of extinction; g, mean of the layers by what they scatter
 };
 
-// Cover and scarcity against the threshold, in one: increases with cover (density.glsl, cloud_noise).
-float path_cover(float cover) {
+// Cover and scarcity against the threshold, in one: increases with cover (density.glsl, cloud_noise). streets: how high
+// they are at most.
+float path_cover(float cover, float streets) {
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    return cover - CLOUD_MOST_NOISE * scarce * scarce;
+    return cover - (CLOUD_MOST_NOISE + streets) * scarce * scarce;
 }
 
-// Largest share of the cover that heights within `away` (of the layer's thickness) of a place have.
-float path_height_cover(float share, float away, float tallness) {
-    float top = (1.0 - (share - away) / tallness) * (1.0 / 0.85);
-    return smoothstep(0.0, 0.10, share + away) * clamp(top, 0.0, 1.0);
+// Largest share of the cover that heights within `away` (of the layer's thickness) of a place have, without an anvil.
+float path_height_cover(CloudViewLayer shell, float share, float away, float tallness) {
+    float top = (1.0 - (share - away) / tallness) * shell.steep;
+    return smoothstep(0.0, shell.base, share + away) * clamp(top, 0.0, 1.0);
+}
+
+// Excess below which no rim reaches a cloud: what cloud_gap says of it.
+float path_clear_excess(int layer, CloudNoise n) {
+    n.cover = 1.0;
+    n.excess = PATH_CLEAR_EXCESS;
+    bool near = cloud_gap(layer, n, 0.0) > 0.0;
+    n.excess = PATH_FLAT_EXCESS;
+    return near ? PATH_CLEAR_EXCESS : cloud_gap(layer, n, 0.0) > 0.0 ? PATH_FLAT_EXCESS : -PATH_ENDLESS;
 }
 
 // As cloud_weather looks maps up.
@@ -45,30 +58,53 @@ vec2 path_weather_steep(vec3 up) {
     return textureLod(u_weather_steep, at, 0.0).rg;
 }
 
-// Distance in which excess cannot reach PATH_CLEAR_EXCESS, and the bound of the density relative to the layer's within
+// Distance in which excess cannot reach path_clear_excess, and the bound of the density relative to the layer's within
 // PATH_REACH_M. steep: of path_weather_steep.
-vec2 path_bounds(CloudViewLayer shell, CloudWeather w, CloudNoise n, float share, vec2 steep) {
+//
+// Each *_by is how much a term of cloud_noise may change at most: x in a metre, y at once, by the steps in which a GPU
+// interpolates. Products of terms that are no larger than 1 change by no more than the sum of theirs.
+vec2 path_bounds(int layer, CloudViewLayer shell, CloudWeather weather, CloudNoise n, float share, vec2 steep) {
 #ifdef PATH_PLAIN
     return vec2(0.0, 1.0);   // none but the layer's densest
 #else
-    float shallow = 1.0 - cloud_solid(w), tallness = cloud_tallness(w);
-    float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow);
-    float noise = n.excess + 0.5 - path_cover(n.cover);
-    // Of solid 2 by towers or depth, of the clusters' weight 0.2 * 3 by towers, of their height 2.8. Where cover is
-    // scarce, path_cover is ten times as steep as cover.
-    float clusters_per_m = 0.6 * steep.y, most_per_m = shell.cover_scale * steep.x + 2.0 * CLOUD_SEAMS * steep.y,
-        scarce = 1.0 - clamp((most - PATH_CLEAR_M * most_per_m) / CLOUD_SCARCE, 0.0, 1.0);
-    // Warping stretches by 2.44 at most; rolls are a parabolic wave, eight of its height in a period, moved by `wide`.
-    float wide_per_m = 2.44 * u_steepest.y, rolls = CLOUD_ROLLS * shallow;
-    float noise_per_m = 0.94 * u_steepest.x + (0.55 + 14.0 * rolls) * wide_per_m
-        + 8.0 * rolls * cloud_view.fine.per_m + clusters_per_m + 2.0 * CLOUD_ROLLS * steep.y;
-    float flat_excess = noise - 0.5 + path_cover(most),
-        flat_m = (PATH_CLEAR_EXCESS - flat_excess) / (noise_per_m + (1.0 + 9.0 * scarce) * most_per_m);
+    CloudWeather w = cloud_weather_of(shell, weather);
+    float shape_m = 1.0 / (cloud_view.broad.per_m * float(textureSize(u_cloud_shape, 0).x)),
+        cells_m = 1.0 / (cloud_view.wide.per_m * float(textureSize(u_cloud_cells, 0).x));
+    vec2 shape_by = u_steepest.x * vec2(shell.finer, PATH_TEXEL_STEP * shape_m),
+        cells_by = u_steepest.y * vec2(shell.finer, PATH_TEXEL_STEP * cells_m);
+    vec2 towers_by = shell.follows * vec2(steep.y, PATH_WEATHER_STEP), solid_by = 2.0 * towers_by;
+    float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * (1.0 - cloud_solid(w)));
+    vec2 most_by = shell.cover_scale * vec2(steep.x, PATH_WEATHER_STEP) + CLOUD_SEAMS * solid_by;
+    // Open cells and streets (cloud_open: 5 by towers, 4 by depth), and where the trades' belt ends: from 1 to 0 over a
+    // fifth of the planet's radius.
+    float north = CLOUD_ORIGIN(bend).z + n.turned.z * cloud_view.bend.per_m,
+        blown = cloud_open(w) * clamp(2.5 - 5.0 * abs(north), 0.0, 1.0), streets = CLOUD_STREETS * blown;
+    vec2 blown_by = 9.0 * towers_by + vec2(5.0 * cloud_view.bend.per_m, 0.0), streets_by = CLOUD_STREETS * blown_by;
+    float most_streets = min(streets + PATH_CLEAR_M * streets_by.x + streets_by.y, CLOUD_STREETS);
+    // A wave (cloud_wave) is as steep as eight of its height in a period; that of `aside` runs along a diagonal.
+    vec2 row_by = 0.8 * cells_by + vec2(1.0 / (CLOUD_STREET_M * cloud_view.clump_m)
+        + CLOUD_MEANDER * 8.0 * 1.4143 * shell.finer * cloud_view.wide.per_m, 0.0);
+    // Where cells are open they are turned out: a factor from 1 to -1 on what is 0.5 at most.
+    vec2 wide_by = shell.rough * CLOUD_CLUSTERS * (cells_by + blown_by);
+    // Streets count twice: in the noise and in what scarce cover takes.
+    vec2 noise_by = shell.rough * CLOUD_CELLS * shape_by + wide_by + 8.0 * most_streets * row_by + 2.0 * streets_by;
+    float noise = n.excess + 0.5 - path_cover(n.cover, streets), clear = path_clear_excess(layer, n);
+    // Whatever the height: an anvil may have more than the whole cover. Where cover is scarce, path_cover is 12.5 times
+    // as steep as cover.
+    float whole = max(shell.anvil, 1.0),
+        scarce = 1.0 - clamp((most - PATH_CLEAR_M * most_by.x - most_by.y) / CLOUD_SCARCE, 0.0, 1.0);
+    vec2 flat_by = noise_by + (1.0 + 11.5 * scarce) * whole * most_by;
+    float flat_excess = noise - 0.5 + path_cover(whole * most, streets) + flat_by.y,
+        flat_m = (clear - flat_excess) / flat_by.x;
+    // By heights around, without an anvil: tops rise with towers.
     float near_m = PATH_REACH_M, away = near_m * shell.per_thickness;
-    float near_excess = noise - 0.5 + path_cover(most * path_height_cover(share, away, tallness)),
-        near_clear_m = (PATH_CLEAR_EXCESS - near_excess) / (noise_per_m + 10.0 * (most_per_m + 2.8 * steep.y));
-    float thickness = n.thickness + near_m * (0.55 * wide_per_m + most_per_m + clusters_per_m);
-    float interior = min(n.interior + 2.0 * near_m * steep.y, 1.0)
+    vec2 tops_by = shell.steep * (1.0 - shell.least_tall) / shell.least_tall * towers_by,
+        near_by = noise_by + 12.5 * (most_by + tops_by);
+    float near_cover = most * path_height_cover(shell, share, away, cloud_tallness(shell, w)),
+        near_excess = noise - 0.5 + path_cover(near_cover, streets) + near_by.y,
+        near_clear_m = shell.anvil > 0.0 ? 0.0 : (clear - near_excess) / near_by.x;
+    float thickness = n.thickness + dot(wide_by + most_by, vec2(near_m, 1.0));
+    float interior = min(n.interior + dot(solid_by, vec2(near_m, 1.0)), 1.0)
         * exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, thickness)));
     return vec2(min(max(flat_m, min(near_clear_m, near_m)), PATH_CLEAR_M), interior);
 #endif
@@ -86,7 +122,7 @@ PathMedium path_medium(vec3 point, float altitude, vec3 up) {
         float within = clamp(share, 0.0, 1.0), extinction = inside ? shell.extinction_per_m : 0.0;
         CloudNoise n = cloud_noise(layer, point, within, w, 0.0);
         float density = extinction * cloud_rimmed(layer, n, within, 0.0, 2);
-        vec2 bounds = path_bounds(shell, w, n, within, steep);
+        vec2 bounds = path_bounds(layer, shell, w, n, within, steep);
         bool even = shell.kind == CLOUD_UNIFORM;
         float bound = even ? extinction : extinction * bounds.y, reach = even ? PATH_ENDLESS : PATH_REACH_M;
         // Clear for longer than a flight would be.

@@ -20,7 +20,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Rays { PathRay rays[]; };
+layout(std430, binding = PATH_RAY_BUFFER) readonly buffer Rays { PathRay rays[]; };
 layout(std430, binding = 1) readonly buffer Jobs { uvec2 jobs[]; };       // ray, number of its first path
 layout(std430, binding = 2) buffer Results { vec4 results[]; };           // of jobs: light, its square, cloud met
 layout(std430, binding = 3) buffer Lanes { PathLane lanes[]; };
