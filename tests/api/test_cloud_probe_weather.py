@@ -51,7 +51,7 @@ def test_it_sees_what_a_picture_shows(altitude_m: float, pitch_deg: float) -> No
     """What clouds leave of the picture and add to it, shafts and all, pixel by pixel. The picture's air is from
     tables (coarse ones here: 12 x 12 x 6), its steps lie at places of chance: the median pixel is within 2 % of the
     mean light, the mean within 2 %; other clouds are ten times as far off."""
-    fov = 40.0 if altitude_m < 1e4 else 0.4  # wider pixels get a few steps through a layer, wherever chance puts them
+    fov = 40.0 if altitude_m < 1e4 else 0.25  # wider pixels get a few steps through a layer, wherever chance puts them
     camera, scene = pf.Camera.at(20.0, 10.0, altitude_m, pitch_deg=pitch_deg, fov_y_deg=fov), cloudy(layers())
     knobs = {key.removeprefix("clouds."): value for key, value in FINE.items() if key.startswith("clouds.")}
     with renderer_of(scene, SIZE, **knobs) as drawn:
