@@ -50,9 +50,8 @@ def fan(count: int, altitude_m: float = 10.0) -> tuple[Any, Any]:
 def test_it_sees_what_a_picture_shows(altitude_m: float, pitch_deg: float) -> None:
     """What clouds leave of the picture and add to it, shafts and all, pixel by pixel. The picture's air is from
     tables (coarse ones here: 12 x 12 x 6), its steps lie at places of chance: the median pixel is within 2 % of the
-    mean light. The mean is within 2.5 %: light from behind a place is that of maps in pictures, and marched here.
-    Other clouds are ten times as far off."""
-    fov = 40.0 if altitude_m < 1e4 else 0.25  # wider pixels get a few steps through a layer, wherever chance puts them
+    mean light, the mean within 2 %; other clouds are ten times as far off."""
+    fov = 40.0 if altitude_m < 1e4 else 0.2  # wider pixels see means, from maps there and marched here
     camera, scene = pf.Camera.at(20.0, 10.0, altitude_m, pitch_deg=pitch_deg, fov_y_deg=fov), cloudy(layers())
     knobs = {key.removeprefix("clouds."): value for key, value in FINE.items() if key.startswith("clouds.")}
     with renderer_of(scene, SIZE, **knobs) as drawn:
@@ -74,7 +73,7 @@ def test_it_sees_what_a_picture_shows(altitude_m: float, pitch_deg: float) -> No
     scale = np.array([*np.abs(picture[:, :3]).mean(axis=0), 1.0])
     error, other = (np.abs(one - picture) / scale for one in found)
     assert np.median(error) < 0.02
-    assert np.abs((found[0] - picture).mean(axis=0) / scale).max() < 0.025
+    assert np.abs((found[0] - picture).mean(axis=0) / scale).max() < 0.02
     assert other.mean() > 10.0 * error.mean()
 
 
