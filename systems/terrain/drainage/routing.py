@@ -77,7 +77,7 @@ def _roots(receiver: Indices) -> Indices:
 
 @dataclass(frozen=True)
 class _Passes:
-    """Lowest ways between basins (M,): the two cells, the basins that they are in, and the rank by height."""
+    """Lowest ways between basins (M,): the two cells, and the basins that they are in; the lowest first."""
 
     inside: Indices
     outside: Indices
