@@ -40,7 +40,7 @@ def _image(number: int, meaning: str) -> Point:
 OWN = {"uniform block": range(15, 16), "storage buffer": range(8), "texture unit": range(8), "image": range(8)}
 """Numbers that a pass, a game's too, may bind as its own, wherever its shaders include nothing that has them."""
 
-POINTS = {kind: 1 + max(own) for kind, own in OWN.items()} | {"texture unit": 18}
+POINTS = {kind: 1 + max(own) for kind, own in OWN.items()} | {"texture unit": 19}
 """How many points of each kind are in use: what a host's state guard keeps."""
 
 FRAME_BLOCK = _block(0, "the view's frame")
@@ -140,6 +140,7 @@ CLOUD_SHADOW_UNIT = _unit(16, "clouds: maps of their shadow")
 CLOUD_TILE_UNIT = _unit(16, "printed clouds: their volume")
 CLOUD_SKY_UNIT = _unit(17, "clouds: light of the cloudy sky")
 CLOUD_CELLS_UNIT = _unit(15, "clouds: volume of noise for cells and clusters")
+RIVERS_UNIT = _unit(18, "terrain: rivers and lakes")
 
 RADIANCE_IMAGE = _image(0, "radiance of the view")
 COAST_NORMAL_IMAGE = _image(0, "G-buffer's normal, where the coast is drawn or waves are")

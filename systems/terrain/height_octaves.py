@@ -14,7 +14,8 @@ from .height_map import map_gradients, map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, Model, build_model, continent_weights
 from .height_params import TerrainParams
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import hypsometry_slope, limit, surface, surface_parts, surface_slopes
+from .height_surface import carve, carve_slopes, hypsometry_slope, limit, surface, surface_parts, surface_slopes
+from .rivers.valleys import valleys
 
 Floats = NDArray[np.float64]
 
@@ -31,6 +32,14 @@ def model_of(params: TerrainParams) -> Model:
 
 
 def heights(points: Floats, model: Model) -> Floats:
+    found = _uncarved(points, model)
+    if model.params.rivers is None:
+        return found
+    cut = valleys(model.params.rivers, points)
+    return carve(found, cut.base_m, cut.open, cut.raised)
+
+
+def _uncarved(points: Floats, model: Model) -> Floats:
     w1, c, b, shapes, z = noises(points, model)
     added, rougher = _added(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
@@ -88,7 +97,19 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
         slope += model.craters.slope
     if model.params.height_map:
         slope += slopes_at(model.params.height_map, points, model.params.radius_m)
-    return limit(k, base + rough * z + added), slope
+    height = limit(k, base + rough * z + added)
+    if model.params.rivers is None:
+        return height, slope
+    table = model.params.rivers
+    cut = valleys(table, points)
+    carved = carve(height, cut.base_m, cut.open, cut.raised)
+    there = (cut.open < 1.0) | (cut.raised > 0.0)
+    # The ground's own slope shrinks in a valley, and its height above the river turns into one.
+    return carved, slope + there * (table.steepest_per_m * np.abs(height - cut.base_m) + STEEPEST_BANK)
+
+
+STEEPEST_BANK = 0.6
+"""Slope of river beds and banks that hardly any exceeds: twice the depth by half the width."""
 
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -190,6 +211,13 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     changes = (*jacobian[:, :, 0], dc, db, *d_sums, d_added, d_rougher)
     total = np.zeros_like(d_added)
     for slope, change in zip(by, changes, strict=True):
+        total = total + slope * change
+    if model.params.rivers is None:
+        return heights, total
+    cut = valleys(model.params.rivers, points, slopes=True)
+    heights, *by = carve_slopes(heights, cut.base_m, cut.open, cut.raised)
+    total = by[0] * total
+    for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
         total = total + slope * change
     return heights, total
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...engine.surface.map_files import MapError
 from .height_map import HeightMap, height_map
+from .rivers.table import RiverTable
 
 __all__ = ["TerrainParams"]
 
@@ -59,6 +60,7 @@ class TerrainParams:
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
         samples is, 1 going on as the map itself. colored: a colour map says what the ground looks like.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
+    rivers: lines that carve the ground (systems/terrain/rivers/).
     """
 
     radius_m: float = 6.371e6
@@ -79,6 +81,7 @@ class TerrainParams:
     height_map_blend: float = 0.0
     height_map_detail: float = 1.0
     colored: bool = False
+    rivers: RiverTable | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):

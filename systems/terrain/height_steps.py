@@ -44,6 +44,16 @@ def positive_slope(t: Any) -> Any:
     return at_least(sign(t), 0.0)
 
 
+def unit(t: Any) -> Any:
+    """t clamped to [0, 1]."""
+    return clamp(t, 0.0, 1.0)
+
+
+def unit_slope(t: Any) -> Any:
+    """1 inside (0, 1), 0 outside."""
+    return positive_slope(t) * positive_slope(1.0 - t)
+
+
 def layer_weight(wavelength_m: Any, spacing_m: Any) -> Any:
     """Share of a layer in band-limited gradients: 0 below two samples a wavelength, 1 from four on (Norton, Rockwood
     and Skolmoski 1982, "Clamping: a method of antialiasing textured surfaces by bandwidth limiting in object space").

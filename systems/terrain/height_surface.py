@@ -75,14 +75,27 @@ def limit(k: TerrainConstants, h: Any) -> Any:
     return h - over * over / (over + k.room_high_m) + under * under / (under + k.room_low_m)
 
 
+def carve(h: Any, base: Any, open: Any, raised: Any) -> Any:
+    """The ground where a river has cut it: `open` is what is left of its height above the river's own ground `base`,
+    `raised` what is filled of its depth below that; deep under the sea nothing is."""
+    over = positive(h - base)
+    under = positive(base - h)
+    emerged = smoothstep(1.0 + h * (1.0 / SUBMERGED_M))
+    return h - (1.0 - open) * over + raised * emerged * under
+
+
+SUBMERGED_M = 15.0
+
 # -- what is made of them ----------------------------------------------------------------------------------------------
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), {**vars(height_steps), **globals()})
-_SLOPES = {name: _MADE[name].slopes({}) for name in ("hypsometry", "limit")}
+_SLOPES = {name: _MADE[name].slopes({}) for name in ("hypsometry", "limit", "carve")}
 # Where the roughness changes, the ground shows the layers of z that its footprint shows.
 _SLOPES["surface"] = _MADE["surface"].slopes({"z": "seen_z"}, ["on_land"])
 
 hypsometry_slope, limit_slope = _MADE.python(_SLOPES["hypsometry"]), _MADE.python(_SLOPES["limit"])
+carve_slopes = _MADE.python(_SLOPES["carve"])
+"""(the inputs of `carve`) -> the height and its derivatives by them."""
 surface_slopes = _MADE.python(_SLOPES["surface"])
 """(k, the inputs of `surface`, seen_z) -> the height, its derivatives by the inputs, and on_land."""
 

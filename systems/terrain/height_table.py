@@ -28,7 +28,10 @@ from .height_model import (
 )
 from .height_octaves import MOST_ROUGH, anchor_ground, heights, model_of
 from .height_params import TerrainParams
-from .height_surface import shader
+from .height_surface import carve, shader
+from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
+from .rivers.texture import river_layout
+from .rivers.valleys import valleys
 
 __all__ = ["TerrainTable", "canonical_table", "octave_table"]
 
@@ -103,6 +106,23 @@ class TerrainColorMap:
 
 
 @dataclass
+class TerrainRivers:
+    """Where rivers lie in their texture (rivers/texture.py), and what they make of the anchor's ground."""
+
+    cells: Annotated[TerrainLattice, "of lines"]
+    bends: Annotated[Any, array(TerrainLattice, len(BEND_CELLS))]
+    step_m: Annotated[float, "of nodes' places"]
+    across: Annotated[int, "columns of cells along x and y; 0: no rivers"]
+    first_cell: int
+    first_line: int
+    first_node: int
+    uncarved_m: Annotated[float, "the anchor's ground without them, above the reference sphere"]
+    base_m: Annotated[float, "what they cut it to; 0 where no valley reaches"]
+    open: Annotated[float, "share of its height above that"]
+    raised: Annotated[float, "share of its depth below that which is filled"]
+
+
+@dataclass
 class TerrainAnchor:
     """What the anchor's ground is made of, from which the GPU's changes count."""
 
@@ -128,6 +148,7 @@ class TerrainTable:
     map: TerrainMap
     map_faces: Annotated[Any, array(TerrainMapFace, 6)]
     color: TerrainColorMap
+    rivers: TerrainRivers
     constants: TerrainConstants
     wide_warp: Annotated[TerrainWarp, "w1"]
     narrow_warp: Annotated[TerrainWarp, "w2"]
@@ -210,6 +231,8 @@ def octave_table(
         at = (place * 0.5 + 0.5) * found.cube.cells
         faces, cell = table["map_faces"], np.floor(at)
         faces["near"], faces["place"], faces["cell"], faces["fraction"] = near, place, cell, at - cell
+    if model.params.rivers is not None:
+        _write_rivers(table, model.params.rivers, point, height_m)
     if craters:
         table["crater_octaves"], table["coarse_crater_octaves"] = len(craters), craters.coarse
         table["crater_accept"] = craters.accept
@@ -218,6 +241,26 @@ def octave_table(
         for name, values in zip(("wall", "bottom", "rim", "peak"), craters.shape.T, strict=True):
             octaves["shape"][name] = values
     return table
+
+
+def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.float64], height_m: float) -> None:
+    """What rivers are, and what they make of the anchor's ground, whose height without them the table has already."""
+    part, layout = table["rivers"], river_layout(rivers)
+    _anchor(part["cells"], point, Lattice.of([rivers.cell_m], np.zeros((1, 3))), slice(0, 1))
+    _anchor(part["bends"], point, rivers.bends, slice(None))
+    part["bends"]["value"] = rivers.bend_m
+    part["step_m"] = rivers.cell_m / CELL_STEPS
+    for name in ("across", "first_cell", "first_line", "first_node"):
+        part[name] = getattr(layout, name)
+    part["open"] = 1.0
+    if not point.any():
+        return
+    cut = valleys(rivers, point[:, None])
+    base, left, raised = (float(np.float32(v[0])) for v in (cut.base_m, cut.open, cut.raised))
+    # Of the broad shapes alone: relief counts as a change.
+    uncarved_m = float(np.float32(table["anchor"]["height_m"] + height_m))
+    part["uncarved_m"], part["base_m"], part["open"], part["raised"] = uncarved_m, base, left, raised
+    table["anchor"]["height_m"] = carve(uncarved_m, base, left, raised) - height_m
 
 
 def _anchor(rows: NDArray[Any], point: NDArray[np.float64], lattices: Lattice | Craters, part: slice) -> None:

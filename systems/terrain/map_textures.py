@@ -1,4 +1,5 @@
-"""The GPU's copies of height and colour map, bound where the height function and the ground's light read them."""
+"""The GPU's copies of height map, colour map and rivers, bound where the height function and the ground's light read
+them."""
 
 from __future__ import annotations
 
@@ -7,10 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT
+from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UNIT
 from ...engine.gpu import GpuScope
 from ...engine.surface.cube_map import CubeMap
 from .height_map import HeightMap
+from .rivers.table import RiverTable
+from .rivers.texture import river_texels
 
 __all__ = ["MapTextures"]
 
@@ -20,12 +23,12 @@ class MapTextures:
 
     def __init__(self, gpu: GpuScope) -> None:
         self._gpu = gpu
-        self._shown: list[Any] = [None, None]
-        self._textures: list[Any] = [None, None]
+        self._shown: list[Any] = [None, None, None]
+        self._textures: list[Any] = [None, None, None]
 
-    def show(self, height: HeightMap | None, color: CubeMap | None) -> None:
-        """Make the textures of these maps, unless they are there already, and free those of others."""
-        for k, found in enumerate((height, color)):
+    def show(self, height: HeightMap | None, color: CubeMap | None, rivers: RiverTable | None = None) -> None:
+        """Make the textures of these, unless they are there already, and free those of others."""
+        for k, found in enumerate((height, color, rivers)):
             if found is self._shown[k]:
                 continue
             if self._textures[k] is not None:
@@ -34,6 +37,9 @@ class MapTextures:
             if isinstance(found, HeightMap):
                 picture = found.cube.atlas()
                 self._textures[k] = self._gpu.texture(picture.shape[1::-1], "rg32f", picture)
+            elif isinstance(found, RiverTable):
+                _, texels = river_texels(found)
+                self._textures[k] = self._gpu.texture(texels.shape[1::-1], "rgba32ui", texels.view(np.uint32))
             elif found is not None:
                 picture = found.atlas()
                 roots = np.full((*picture.shape[:2], 4), 255, dtype=np.uint8)  # square roots: even steps for the eye
@@ -47,6 +53,6 @@ class MapTextures:
             table["color"] = (color.cells, len(color.levels), strength)
 
     def bind(self) -> None:
-        for texture, unit in zip(self._textures, (HEIGHT_MAP_UNIT, COLOR_MAP_UNIT), strict=True):
+        for texture, unit in zip(self._textures, (HEIGHT_MAP_UNIT, COLOR_MAP_UNIT, RIVERS_UNIT), strict=True):
             if texture is not None:
                 texture.use(unit)

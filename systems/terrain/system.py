@@ -158,13 +158,18 @@ class TerrainSystem(System):
             # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._provide_sources(params)
-        self._maps.show(params.height_map, color)
+        self._maps.show(params.height_map, color, params.rivers)
         self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
 
     def _provide_sources(self, params: TerrainParams) -> None:
         """Contract ``height_sources``: shaders of the ground leave out what it is not made of."""
-        wanted = {"CRATERED": params.craters > 0.0, "MAPPED": params.height_map is not None, "COLORED": params.colored}
+        wanted = {
+            "CRATERED": params.craters > 0.0,
+            "MAPPED": params.height_map is not None,
+            "COLORED": params.colored,
+            "RIVERS": params.rivers is not None,
+        }
         shaders = self._gpu.shaders
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
         shaders.provide("height_sources", _SOURCES, owner=self.name)

@@ -2,6 +2,7 @@
 // what its ground is not, so that it costs nothing: even loops without a turn do, in a shader of this size.
 //
 //   TERRAIN_CRATERED, TERRAIN_MAPPED   the height function may have craters, a height map
+//   TERRAIN_RIVERS                     rivers carve the ground
 //   TERRAIN_COLORED                    the ground may have a colour map
 //   TERRAIN_SOURCES_CHOSEN             whoever compiles has said so already (measurements)
 #ifndef TERRAIN_SOURCES_CHOSEN

@@ -37,8 +37,13 @@ void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 sh
 float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 shape, float z) {
     TerrainSources sources;
     float added = terrain_table.anchor.added_m + terrain_sources(D, spacing_m, sources);
-    return terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
+    float h = terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
         added, sources.rougher);
+#ifdef TERRAIN_RIVERS
+    TerrainCut cut = terrain_cut(D);
+    h = terrain_carve(h, terrain_table.rivers.base_m + cut.base, cut.open, cut.raised);
+#endif
+    return h;
 }
 
 // D and spacing_m as terrain_point has them; metres above the reference sphere.

@@ -122,6 +122,9 @@ float terrain_noise_value(TerrainLattice lattice, TERRAIN_PLACE d) {
 #endif
 
 #include "terrain/height_sources.glsl"
+#ifdef TERRAIN_RIVERS
+#include "terrain/rivers.glsl"
+#endif
 
 // Domain warps, continents and belts: w1 and fields as changes from the anchor's.
 struct TerrainBroad {
@@ -259,20 +262,36 @@ float terrain_moisture(vec3 w1, float dug) {
     return clamp(moisture - TERRAIN_DUG_DRY * dug, 0.0, 1.0);
 }
 
-// Metres above the anchor's height. added: by craters and map, as a change from the anchor.
-TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_REAL added, float rougher) {
+// Metres above the anchor's height. added: by craters and map, as a change from the anchor; cut: by rivers.
+TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_REAL added, float rougher
+#ifdef TERRAIN_RIVERS
+    , TerrainCut cut, out TERRAIN_REAL uncarved
+#endif
+) {
     TerrainConstants k = terrain_table.constants;
     TERRAIN_REAL z = TERRAIN_SUM(relief.range_z, relief.z);
 #ifdef TERRAIN_CANONICAL
-    return terrain_surface(k, PAIR_PART(broad.w1, x), PAIR_PART(broad.w1, y), PAIR_PART(broad.w1, z),
+    TERRAIN_REAL h = terrain_surface(k, PAIR_PART(broad.w1, x), PAIR_PART(broad.w1, y), PAIR_PART(broad.w1, z),
         PAIR_PART(broad.fields, x), PAIR_PART(broad.fields, y), PAIR_PART(relief.s, x), PAIR_PART(relief.s, y), z,
         added, pair(rougher));
+#ifdef TERRAIN_RIVERS
+    uncarved = h;
+    h = terrain_carve(h, pair(cut.base), pair(cut.open), pair(cut.raised));
+#endif
+    return h;
 #else
     TerrainAnchor anchor = terrain_table.anchor;
     vec3 w1 = terrain_table.wide_warp.value;
-    return anchor.height_m + terrain_surface_change(k, w1.x, w1.y, w1.z, anchor.fields.x, anchor.fields.y,
+    float dh = terrain_surface_change(k, w1.x, w1.y, w1.z, anchor.fields.x, anchor.fields.y,
         anchor.shapes.x, anchor.shapes.y, anchor.ranges_m, anchor.added_m, 0.0, broad.w1.x, broad.w1.y, broad.w1.z,
         broad.fields.x, broad.fields.y, relief.s.x, relief.s.y, z, added, rougher);
+#ifdef TERRAIN_RIVERS
+    TerrainRivers at = terrain_table.rivers;
+    uncarved = at.uncarved_m + dh;
+    dh = terrain_carve_change(at.uncarved_m, at.base_m, at.open, at.raised, dh, cut.base, cut.open - at.open,
+        cut.raised - at.raised);
+#endif
+    return anchor.height_m + dh;
 #endif
 }
 
@@ -283,7 +302,13 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     TerrainRelief relief = terrain_relief(broad, D, spacing_m);
     TerrainSources sources;
     TERRAIN_REAL added = terrain_sources(D, spacing_m, sources);
+#ifdef TERRAIN_RIVERS
+    TERRAIN_REAL uncarved;
+    TerrainCut cut = terrain_cut(D);
+    height_m = terrain_height(broad, relief, added, sources.rougher, cut, uncarved);
+#else
     height_m = terrain_height(broad, relief, added, sources.rougher);
+#endif
 
     TerrainAnchor anchor = terrain_table.anchor;
     vec3 w1 = terrain_table.wide_warp.value + TERRAIN_SINGLE(broad.w1);
@@ -292,12 +317,19 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
         s.y, anchor.ranges_m + TERRAIN_SINGLE(relief.range_z) + relief.z, anchor.added_m + TERRAIN_SINGLE(added),
         sources.rougher, relief.seen_z);
     vec3 slope = terrain_slope(t, broad, relief, sources);
+    float kept = 1.0;
+#ifdef TERRAIN_RIVERS
+    TerrainCarveSlopes by = terrain_carve_slopes(TERRAIN_SINGLE(uncarved), terrain_table.rivers.base_m + cut.base,
+        cut.open, cut.raised);
+    slope = by.by_h * slope + by.by_base * cut.d_base + by.by_open * cut.d_open + by.by_raised * cut.d_raised;
+    kept = by.by_h;
+#endif
     vec3 up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
 
     TerrainPoint point;
     point.dh = TERRAIN_SINGLE(height_m);
     point.gradient = slope - up * dot(up, slope);
-    point.roughness = t.by_z;
+    point.roughness = t.by_z * kept;
     point.moisture = terrain_moisture(w1, sources.dug);
     point.mountains = t.on_land;
     return point;

@@ -1,0 +1,152 @@
+// What rivers make of the ground: the GPU's side of systems/terrain/rivers/. Part of terrain/height.glsl, which has the
+// table and terrain_place. The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to
+// a texel; cells of columns, four to a texel; lines of cells, four to a texel; and nodes of three texels: place and the
+// node downstream; level, half width, depth, half width of the floor; reach, 1 for a lake, discharge.
+#include "generated/bindings.glsl"
+#include "generated/terrain_river_form.glsl"
+
+layout(binding = RIVERS_UNIT) uniform usampler2D u_terrain_rivers;
+
+ivec4 river_texel(int index) {
+    return ivec4(texelFetch(u_terrain_rivers, ivec2(index & (RIVER_TEXTURE_WIDTH - 1), index >> RIVER_TEXTURE_BITS), 0));
+}
+
+// Lines that pass a cell: from x on, y of them. The sphere passes a column on either side of the equator.
+ivec2 river_lines(ivec3 cell) {
+    int across = terrain_table.rivers.across, half_across = across >> 1;
+    ivec2 c = clamp(cell.xy + half_across, 0, across - 1);
+    int number = (cell.z < 0 ? 0 : across * across) + c.y * across + c.x;
+    ivec4 two = river_texel(number >> 1);
+    ivec2 column = (number & 1) != 0 ? two.zw : two.xy;
+    int low = column.y & 1023, high = column.y >> 10, z = cell.z + RIVER_HALF;
+    bool inside = z >= low && z < high;
+    int index = inside ? column.x + z - low : 0;
+    int packed_lines = inside ? river_texel(terrain_table.rivers.first_cell + (index >> 2))[index & 3] : 0;
+    return ivec2(packed_lines >> RIVER_COUNT_BITS, packed_lines & ((1 << RIVER_COUNT_BITS) - 1));
+}
+
+// A place as lines see it.
+struct RiverPlace {
+    ivec3 cell;
+    vec3 at;       // m from the cell's corner, moved by the warp that bends lines
+    vec3 up;
+    mat3 turned;   // how `at` changes with the place
+    ivec2 lines;
+};
+
+RiverPlace river_place(TERRAIN_PLACE D) {
+    RiverPlace p;
+    vec3 fraction;
+    terrain_place(terrain_table.rivers.cells, D, p.cell, fraction);
+    p.lines = river_lines(p.cell);
+    p.up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
+    p.at = fraction * terrain_table.rivers.cells.wavelength_m;
+    p.turned = mat3(1.0);
+    int k = 0;
+    if (p.lines.y > 0) do {
+        ivec3 cell;
+        mat3 jacobian;
+        TerrainLattice lattice = terrain_table.rivers.bends[k];
+        terrain_place(lattice, D, cell, fraction);
+        p.at += lattice.value * vector_noise(cell, fraction, jacobian);
+        p.turned += (lattice.value * lattice.frequency_per_m) * jacobian;
+    } while (++k < RIVER_BENDS);
+    return p;
+}
+
+// A line of a river at a place: values of its nodes there, and how they change along the whole of it.
+struct RiverLine {
+    vec4 section, section_step;   // level over the anchor's base, half width, depth, half width of the floor
+    float reach, reach_step, lake, discharge;
+    float d;                      // m from the line
+    vec3 away;                    // unit, from the line to the place
+    vec3 along;                   // change of the line's parameter, 1/m; 0 beyond its ends
+    vec3 way;                     // of the whole line, m
+};
+
+vec3 river_node_place(ivec3 place, RiverPlace p) {
+    return vec3(place - (p.cell << RIVER_CELL_BITS)) * terrain_table.rivers.step_m - p.at;
+}
+
+RiverLine river_line(int index, RiverPlace p) {
+    int nodes = terrain_table.rivers.first_node;
+    int node = river_texel(terrain_table.rivers.first_line + (index >> 2))[index & 3];
+    ivec4 a = river_texel(nodes + 3 * node), b = river_texel(nodes + 3 * a.w);
+    vec3 to_a = river_node_place(a.xyz, p), way = vec3(b.xyz - a.xyz) * terrain_table.rivers.step_m;
+    to_a -= p.up * dot(p.up, to_a);
+    way -= p.up * dot(p.up, way);
+    float per_square = 1.0 / max(dot(way, way), 1e-6), t = -dot(to_a, way) * per_square;
+    RiverLine line;
+    line.along = t > 0.0 && t < 1.0 ? way * per_square : vec3(0.0);
+    line.way = way;
+    t = clamp(t, 0.0, 1.0);
+    vec3 off = to_a + t * way;
+    line.d = length(off);
+    line.away = -off / max(line.d, 1e-9);
+    vec4 above = intBitsToFloat(river_texel(nodes + 3 * node + 1)),
+        below = intBitsToFloat(river_texel(nodes + 3 * a.w + 1));
+    above.x -= terrain_table.rivers.base_m;
+    below.x -= terrain_table.rivers.base_m;
+    line.section_step = below - above;
+    line.section = above + t * line.section_step;
+    vec4 from = intBitsToFloat(river_texel(nodes + 3 * node + 2)),
+        to = intBitsToFloat(river_texel(nodes + 3 * a.w + 2));
+    line.reach_step = to.x - from.x;
+    line.reach = from.x + t * line.reach_step;
+    line.lake = from.y * to.y;
+    line.discharge = mix(from.z, to.z, t);
+    return line;
+}
+
+// What the ground is cut to. base: over the anchor's; open: share of the height above it that is left; raised: share of
+// the depth below it that is filled. d_: gradients by the place, not yet tangential.
+struct TerrainCut {
+    float base, open, raised;
+    vec3 d_base, d_open, d_raised;
+};
+
+TerrainCut terrain_cut(TERRAIN_PLACE D) {
+    RiverPlace p = river_place(D);
+    TerrainCut cut = TerrainCut(-terrain_table.rivers.base_m, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
+    float total = 0.0, sum = 0.0, first = 0.0;
+    vec3 d_total = vec3(0.0), d_sum = vec3(0.0);
+    int k = p.lines.x, end = p.lines.x + p.lines.y;
+    if (k < end) do {
+        RiverLine line = river_line(k, p);
+        float half_width = line.section.y, floor_width = line.section.w;
+        float near = mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake);
+        TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
+        if (opens.value < cut.open) {
+            cut.open = opens.value;
+            cut.d_open = opens.by_d * line.away
+                + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;
+        }
+        TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, half_width, floor_width, line.lake);
+        if (raises.value > cut.raised) {
+            cut.raised = raises.value;
+            cut.d_raised = raises.by_d * line.away + (raises.by_half_width * line.section_step.y
+                + raises.by_floor_width * line.section_step.w) * line.along;
+        }
+        TerrainRiverSectionSlopes section = terrain_river_section_slopes(line.d, half_width, line.section.z);
+        TerrainRiverShareSlopes share = terrain_river_share_slopes(line.d, half_width, line.reach, near);
+        first = k == p.lines.x ? line.section.x : first;
+        float own = line.section.x - first + section.value;
+        total += share.value;
+        sum += share.value * own;
+        vec3 d_own = section.by_d * line.away + (line.section_step.x + section.by_half_width * line.section_step.y
+            + section.by_depth * line.section_step.z) * line.along;
+        vec3 d_share = share.by_d * line.away
+            + (share.by_half_width * line.section_step.y + share.by_reach * line.reach_step) * line.along;
+        d_total += d_share;
+        d_sum += share.value * d_own + own * d_share;
+    } while (++k < end);
+    if (total > 0.0) {
+        float mean = sum / total;
+        cut.base = first + mean;
+        cut.d_base = (d_sum - mean * d_total) / total;
+    }
+    cut.d_base = cut.d_base * p.turned;
+    cut.d_open = cut.d_open * p.turned;
+    cut.d_raised = cut.d_raised * p.turned;
+    return cut;
+}

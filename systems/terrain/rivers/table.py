@@ -1,0 +1,166 @@
+"""Rivers as tables that the float64 twin and the GPU read alike: lines, and which of them pass a cell of a lattice.
+
+The lattice has 256 to 512 cells on the planet's radius, a power of two in metres (16 km on Earth), like the noises' own:
+a cell's number and a place in it are exact wherever one stands, so there are no faces, poles or seams. A line belongs
+to all cells from which its valley can be reached.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....engine.surface.noise import Lattice, octave_offset
+from .nodes import RiverNodes
+
+__all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_cell_m", "river_table"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+
+CELL_STEPS = 2**22
+"""Steps of a node's place in a cell: 4 mm on Earth."""
+_HALF = 512
+"""Cells from the planet's centre to either side, at most."""
+
+BEND_CELLS = (0.5, 0.0625)
+"""Wavelengths of the warp that bends straight lines into rivers, in cells: 8 and 1 km on Earth."""
+BEND_SHARES = (0.15, 0.15)
+"""How far it moves a place along each axis at most, in wavelengths."""
+_BEND_OCTAVES = (900, 901)
+"""Numbers of the warp's octaves among all of a seed."""
+
+
+def river_cell_m(radius_m: float) -> float:
+    """Width of the lattice's cells."""
+    return float(2.0 ** (math.floor(math.log2(radius_m)) - 8))
+
+
+def cell_keys(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(N,) one number each for cells (3, N)."""
+    x, y, z = cells + _HALF
+    return (z << 20) | (y << 10) | x
+
+
+@dataclass(frozen=True, eq=False)
+class RiverTable:
+    """Lines of rivers and lakes on one planet. Equal only to itself."""
+
+    radius_m: float
+    cell_m: float
+    seed: int
+    place: Integers
+    """(N, 3) of nodes on the reference sphere, in steps"""
+    to: Integers
+    """(N,) the node downstream, -1: none"""
+    values: NDArray[np.float32]
+    """(N, 8) at nodes: level, half width of the water, depth, half width of the floor, reach, metres; 1 for a lake;
+    discharge, m3/s; 0"""
+    keys: NDArray[np.int64] = field(repr=False)
+    """(C,) of cells with lines, rising"""
+    begin: Integers = field(repr=False)
+    """(C + 1,) where in `lines` each cell's begin"""
+    lines: Integers = field(repr=False)
+    """nodes at whose lines a cell's places have to look"""
+
+    @cached_property
+    def bends(self) -> Lattice:
+        """Octaves of the vector noise that bends lines."""
+        wavelengths = [share * self.cell_m for share in BEND_CELLS]
+        return Lattice.of(wavelengths, np.array([octave_offset(self.seed, k) for k in _BEND_OCTAVES]))
+
+    @cached_property
+    def bend_m(self) -> Floats:
+        """Amplitudes of the warp's octaves, rounded to float32."""
+        shares = np.array(BEND_CELLS) * np.array(BEND_SHARES) * self.cell_m
+        return shares.astype(np.float32).astype(np.float64)
+
+    @cached_property
+    def steepest_per_m(self) -> float:
+        """The largest share of a height above the river that is gained a metre away from it."""
+        drawn = self.to >= 0
+        return float(2.0 / (self.values[drawn, 4] - self.values[drawn, 3]).min()) if drawn.any() else 0.0
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays."""
+        return sum(a.nbytes for a in (self.place, self.to, self.values, self.keys, self.begin, self.lines))
+
+
+def river_table(nodes: RiverNodes, radius_m: float, seed: int) -> RiverTable:
+    """The table of these nodes on a planet of that radius. seed: of the bends."""
+    cell_m = river_cell_m(radius_m)
+    place = np.rint(nodes.direction * (radius_m / cell_m * CELL_STEPS)).astype(np.int64)
+    place = np.clip(place, -(2**31), 2**31 - 1).astype(np.int32)
+    values = np.zeros((len(place), 8), dtype=np.float32)
+    columns = (nodes.level_m, nodes.half_width_m, nodes.depth_m, nodes.flat_m, nodes.reach_m, nodes.lake)
+    for k, column in enumerate((*columns, nodes.discharge_m3_s)):
+        values[:, k] = column
+    keys, begin, lines = _cells_of(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
+    return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines)
+
+
+_CHUNK = 1 << 14
+
+
+def _cells_of(
+    place: Integers, to: Integers, reach: NDArray[np.float32], radius: float
+) -> tuple[NDArray[np.int64], Integers, Integers]:
+    """For each cell that the sphere passes the lines that reach into it; lengths in cells."""
+    line = np.flatnonzero(to >= 0)
+    # Tangential parts alone are compared, and the warp adds its own on all three axes.
+    bent = sum(a * b for a, b in zip(BEND_CELLS, BEND_SHARES, strict=True)) * math.sqrt(3.0)
+    found_keys: list[NDArray[np.int64]] = []
+    found_lines: list[NDArray[np.int64]] = []
+    for start in range(0, len(line), _CHUNK):
+        part = line[start : start + _CHUNK]
+        a, b = place[part] / CELL_STEPS, place[to[part]] / CELL_STEPS
+        far = np.maximum(reach[part], reach[to[part]]).astype(np.float64) + bent
+        for number, cells in _near_cells(a, b, far, radius):
+            found_keys.append(cell_keys(cells.T))
+            found_lines.append(part[number])
+    if not found_keys:
+        return np.empty(0, np.int64), np.zeros(1, np.int32), np.empty(0, np.int32)
+    keys, lines = np.concatenate(found_keys), np.concatenate(found_lines)
+    order = np.lexsort((lines, keys))
+    keys, lines = keys[order], lines[order]
+    keys, first = np.unique(keys, return_index=True)
+    return keys, np.append(first, len(lines)).astype(np.int32), lines.astype(np.int32)
+
+
+def _near_cells(a: Floats, b: Floats, far: Floats, radius: float) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Pairs of (index of a line, cell (3,)): cells on the sphere no further than `far` from the line a b, in cells."""
+    low = np.floor(np.minimum(a, b) - far[:, None]).astype(np.int64)
+    high = np.floor(np.maximum(a, b) + far[:, None]).astype(np.int64)
+    size = high - low + 1
+    found = []
+    along = b - a
+    square = np.maximum((along * along).sum(axis=1), 1e-12)
+    for dz in range(int(size[:, 2].max())):
+        for dy in range(int(size[:, 1].max())):
+            for dx in range(int(size[:, 0].max())):
+                number = np.flatnonzero((dx < size[:, 0]) & (dy < size[:, 1]) & (dz < size[:, 2]))
+                cell = low[number] + (dx, dy, dz)
+                inner = np.maximum(np.maximum(cell, -(cell + 1)), 0)
+                outer = np.maximum(np.abs(cell), np.abs(cell + 1))
+                on = ((inner**2).sum(axis=1) <= (radius + 0.01) ** 2) & ((outer**2).sum(axis=1) >= (radius - 0.01) ** 2)
+                number, cell = number[on], cell[on]
+                # Alternating projections between box and line converge to their distance from above.
+                origin, way = a[number], along[number]
+                spot = cell + 0.5
+                for _ in range(3):
+                    t = np.clip(((spot - origin) * way).sum(axis=1) / square[number], 0.0, 1.0)
+                    foot = origin + t[:, None] * way
+                    spot = np.clip(foot, cell, cell + 1)
+                away = np.sqrt(((foot - spot) ** 2).sum(axis=1))
+                near = away <= far[number] + _SLACK
+                found.append((number[near], cell[near]))
+    return found
+
+
+_SLACK = 0.02
+"""Cells: what the distance between a box and a line may still be too long by."""

@@ -1,0 +1,89 @@
+"""The GPU's copy of a planet's rivers: one texture of integers, laid out as assets/shaders/terrain/rivers.glsl says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....engine.made_shaders import made_shader
+from . import form
+from .table import BEND_CELLS, CELL_STEPS, RiverTable
+
+__all__ = ["RiverLayout", "river_layout", "river_texels"]
+
+Integers = NDArray[np.int32]
+
+_WIDTH_BITS = 12
+_COUNT_BITS = 6
+"""Of the number of lines in a cell."""
+
+
+@dataclass(frozen=True)
+class RiverLayout:
+    """Where the parts lie in the texture, in texels."""
+
+    across: int
+    """columns of cells along x and along y"""
+    first_cell: int
+    first_line: int
+    first_node: int
+
+
+@lru_cache(maxsize=2)
+def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
+    """(layout, texels (rows, 4096, 4) int32)."""
+    many = np.diff(table.begin)
+    if len(many) and int(many.max()) >= 1 << _COUNT_BITS:
+        raise ValueError(f"rivers: {int(many.max())} lines pass one cell; at most {(1 << _COUNT_BITS) - 1} can")
+    across = 2 * (int(np.ceil(table.radius_m / table.cell_m)) + 1)
+    columns, cells = _columns(table, across, (table.begin[:-1] << _COUNT_BITS) | many)
+    lines = np.zeros(-(-max(len(table.lines), 1) // 4) * 4, dtype=np.int32)
+    lines[: len(table.lines)] = table.lines
+    nodes = np.zeros((len(table.place), 3, 4), dtype=np.int32)
+    nodes[:, 0, :3], nodes[:, 0, 3] = table.place, table.to
+    nodes[:, 1:] = table.values.view(np.int32).reshape(-1, 2, 4)
+    parts = [part.reshape(-1, 4) for part in (columns, cells, lines, nodes)]
+    width = 1 << _WIDTH_BITS
+    texels = np.zeros((-(-sum(map(len, parts)) // width) * width, 4), dtype=np.int32)
+    whole = np.concatenate(parts)
+    texels[: len(whole)] = whole
+    layout = RiverLayout(across, *np.cumsum([len(part) for part in parts[:3]]).tolist())
+    return layout, texels.reshape(-1, width, 4)
+
+
+def river_layout(table: RiverTable) -> RiverLayout:
+    """The layout alone."""
+    return river_texels(table)[0]
+
+
+def _columns(table: RiverTable, across: int, packed: Integers) -> tuple[Integers, Integers]:
+    """Columns (2 across^2, 2): index of the lowest cell, and 1024 times the end of its cells' z, plus their lowest z,
+    both from -512 on; cells (K,) of all columns, 0 where no line passes. South of the equator first."""
+    x, y, z = table.keys & 1023, table.keys >> 10 & 1023, table.keys >> 20
+    number = (z >= 512) * across * across + (y - 512 + across // 2) * across + (x - 512 + across // 2)
+    low, high = np.full(2 * across * across, 1023), np.zeros(2 * across * across, dtype=np.int64)
+    np.minimum.at(low, number, z)
+    np.maximum.at(high, number, z + 1)
+    tall = np.maximum(high - low, 0)
+    first = np.cumsum(tall) - tall
+    cells = np.zeros(-(-max(int(tall.sum()), 1) // 4) * 4, dtype=np.int32)
+    cells[first[number] + z - low[number]] = packed
+    columns = np.stack([first, (high << 10) | low], axis=1).astype(np.int32)
+    return np.concatenate([columns, np.zeros((len(columns) % 2, 2), np.int32)]), cells
+
+
+def _shader() -> str:
+    numbers: dict[str, Any] = {
+        "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "COUNT_BITS": _COUNT_BITS, "HALF": 512,
+        "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
+        "NEAR_M2": form.NEAR_M2, "LAKE_NEAR_M2": form.LAKE_NEAR_M2,
+    }  # fmt: skip
+    text = "".join(f"const {type(v).__name__} RIVER_{name} = {v};\n" for name, v in numbers.items())
+    return text + form.shader()
+
+
+made_shader("generated/terrain_river_form.glsl", _shader)

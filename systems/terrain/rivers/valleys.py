@@ -1,0 +1,205 @@
+"""What rivers make of the ground at places, in float64: the twin of assets/shaders/terrain/rivers.glsl.
+
+A place is moved by the warp that bends lines, and held against the straight lines of its cell. Distances count along
+the ground: what points up or down is taken away.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .form import LAKE_NEAR_M2, NEAR_M2, open_slopes, raise_slopes, section_slopes, share_slopes
+from .table import CELL_STEPS, RiverTable, cell_keys
+
+__all__ = ["Valleys", "Waters", "valleys", "waters"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Valleys:
+    """At N places. Gradients (3, N) are by the place, not tangential; None where they were not asked for."""
+
+    base_m: Floats
+    """(N,) the ground of the river there: bed, bank or floor; 0 where no valley reaches"""
+    open: Floats
+    """(N,) share of the ground's height above it that is left"""
+    raised: Floats
+    """(N,) share of the ground's depth below it that is filled"""
+    d_base: Floats | None = None
+    d_open: Floats | None = None
+    d_raised: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Waters:
+    """At N places."""
+
+    level_m: Floats
+    """(N,) of the nearest water, by all lines around"""
+    beyond_m: Floats
+    """(N,) distance from its edge, negative in the water; infinite where there is none"""
+    depth_m: Floats
+    """(N,) of the bed below the level, 0 where dry"""
+    current_m_s: Floats
+    """(3, N)"""
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Places and lines that are held against each other, P in all, sorted by place."""
+
+    where: NDArray[np.int64]
+    """(P,) indices of places"""
+    first: NDArray[np.int64]
+    """(K,) where each of the places that have any begins"""
+    near: NDArray[np.int64]
+    """(K,) those places"""
+    line: NDArray[np.int64]
+    """(P,) nodes upstream"""
+    value: Floats
+    """(8, P) of the river there"""
+    steps: Floats
+    """(8, P) of these along the whole line"""
+    d: Floats
+    """(P,) m"""
+    away: Floats
+    """(3, P) unit, from the line to the place, level"""
+    along: Floats
+    """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
+
+
+def valleys(table: RiverTable, points: Floats, slopes: bool = False) -> Valleys:
+    """At points (3, N), planet-centred metres on the reference sphere."""
+    count = points.shape[1]
+    base, left, raised = np.zeros(count), np.ones(count), np.zeros(count)
+    zeros = np.zeros((3, count)) if slopes else None
+    found = Valleys(base, left, raised, zeros, zeros if zeros is None else zeros.copy(), zeros)
+    pairs = _pairs(table, points)
+    if pairs is None:
+        return found
+    level, half, depth, floor, reach, lake = pairs.value[:6]
+    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
+    opens, raises = open_slopes(pairs.d, floor, reach), raise_slopes(pairs.d, half, floor, lake)
+    sections, shares = section_slopes(pairs.d, half, depth), share_slopes(pairs.d, half, reach, near)
+    at, first = pairs.near, pairs.first
+    total = np.add.reduceat(shares[0], first)
+    # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
+    mean = level[first]
+    own = level + sections[0] - np.repeat(mean, _counts(pairs))
+    heard = total > 0.0
+    off = np.divide(np.add.reduceat(shares[0] * own, first), total, out=np.zeros(len(at)), where=heard)
+    base[at] = np.where(heard, mean + off, 0.0)
+    left[at], raised[at] = np.minimum.reduceat(opens[0], first), np.maximum.reduceat(raises[0], first)
+    if not slopes:
+        return found
+    s_level, s_half, s_depth, s_floor, s_reach = pairs.steps[:5]
+    d_open = opens[1] * pairs.away + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along
+    d_raised = raises[1] * pairs.away + (raises[2] * s_half + raises[3] * s_floor) * pairs.along
+    d_own = sections[1] * pairs.away + (s_level + sections[2] * s_half + sections[3] * s_depth) * pairs.along
+    d_share = shares[1] * pairs.away + (shares[2] * s_half + shares[3] * s_reach) * pairs.along
+    apart = own - np.repeat(off, _counts(pairs))
+    d_base = np.add.reduceat(shares[0] * d_own + apart * d_share, first, axis=1)
+    d_base = np.divide(d_base, total, out=np.zeros_like(d_base), where=heard)
+    lowest, highest = _chosen(opens[0], left[at], pairs), _chosen(raises[0], raised[at], pairs)
+    turned = _turned(table, points, at)
+    gradients = [np.zeros((3, count)) for _ in range(3)]
+    for gradient, part in zip(gradients, (d_base, d_open[:, lowest], d_raised[:, highest]), strict=True):
+        gradient[:, at] = np.einsum("abn,an->bn", turned, part)
+    return Valleys(base, left, raised, *gradients)
+
+
+def waters(table: RiverTable, points: Floats) -> Waters:
+    """Of rivers and lakes at points (3, N), planet-centred metres on the reference sphere."""
+    count = points.shape[1]
+    level, beyond = np.zeros(count), np.full(count, np.inf)
+    depth, current = np.zeros(count), np.zeros((3, count))
+    pairs = _pairs(table, points)
+    if pairs is None:
+        return Waters(level, beyond, depth, current)
+    height, half, deep, _, reach, lake, discharge = pairs.value[:7]
+    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
+    share = share_slopes(pairs.d, half, reach, near)[0] * (half > 0.0)
+    total = np.add.reduceat(share, pairs.first)
+    at, heard = pairs.near, total > 0.0
+    mean = height[pairs.first]
+    own = share * (height - np.repeat(mean, _counts(pairs)))
+    off = np.divide(np.add.reduceat(own, pairs.first), total, out=np.zeros(len(at)), where=heard)
+    level[at] = np.where(heard, mean + off, 0.0)
+    edge = np.where(half > 0.0, pairs.d - half, np.inf)
+    beyond[at] = np.minimum.reduceat(edge, pairs.first)
+    inside = np.clip(pairs.d / np.maximum(half, 1e-3), 0.0, 1.0)
+    below = deep * (1.0 - inside * inside)
+    depth[at] = np.maximum.reduceat(below, pairs.first)
+    # Mean speed through the section, twice that in its middle, none at the edge or in a lake.
+    speed = np.where(half > 0.0, discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), 0.0) * (1.0 - lake)
+    speed = np.minimum(speed, _FASTEST_M_S) * 1.5 * (1.0 - inside * inside)
+    strongest = _chosen(below, depth[at], pairs)
+    pull = pairs.along[:, strongest]
+    length = np.sqrt((pull * pull).sum(axis=0))
+    current[:, at] = pull / np.maximum(length, 1e-12) * speed[strongest]
+    return Waters(level, beyond, depth, current)
+
+
+_FASTEST_M_S = 5.0
+
+
+def _counts(pairs: _Pairs) -> NDArray[np.int64]:
+    return np.diff(np.append(pairs.first, len(pairs.where)))
+
+
+def _chosen(values: Floats, wanted: Floats, pairs: _Pairs) -> NDArray[np.int64]:
+    """(K,) index of the pair that has each place's `wanted` value."""
+    same = values == np.repeat(wanted, _counts(pairs))
+    number = np.where(same, np.arange(len(values)), len(values))
+    return np.minimum.reduceat(number, pairs.first)
+
+
+def _pairs(table: RiverTable, points: Floats) -> _Pairs | None:
+    place = points * (1.0 / table.cell_m)
+    cell = np.floor(place).astype(np.int64)
+    keys = cell_keys(cell)
+    slot = np.searchsorted(table.keys, keys)
+    slot = np.minimum(slot, max(len(table.keys) - 1, 0))
+    near = np.flatnonzero(table.keys[slot] == keys) if len(table.keys) else np.empty(0, dtype=np.int64)
+    if not near.size:
+        return None
+    begin = table.begin[slot[near]].astype(np.int64)
+    many = table.begin[slot[near] + 1] - begin
+    first = np.concatenate([[0], np.cumsum(many)[:-1]])
+    line = table.lines[np.repeat(begin - first, many) + np.arange(int(many.sum()))].astype(np.int64)
+    where = np.repeat(near, many)
+    to = table.to[line].astype(np.int64)
+
+    bent = points[:, near] + (table.bend_m[:, None] * table.bends.cells(points[:, near]).vector()).sum(axis=1)
+    up = points[:, near] * (1.0 / table.radius_m)
+    bent, up = np.repeat(bent, many, axis=1), np.repeat(up, many, axis=1)
+    step_m = table.cell_m / CELL_STEPS
+    a, b = table.place[line].T * step_m, table.place[to].T * step_m
+    way, from_a = b - a, bent - a
+    way = way - up * (up * way).sum(axis=0)
+    from_a = from_a - up * (up * from_a).sum(axis=0)
+    square = np.maximum((way * way).sum(axis=0), 1e-6)
+    t = (from_a * way).sum(axis=0) / square
+    inside = (t > 0.0) & (t < 1.0)
+    t = np.clip(t, 0.0, 1.0)
+    off = from_a - t * way
+    d = np.sqrt((off * off).sum(axis=0))
+    upstream, downstream = table.values[line].T.astype(np.float64), table.values[to].T.astype(np.float64)
+    steps = downstream - upstream
+    # Of a lake are lines between two of its nodes.
+    steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
+    along = np.where(inside, way / square, 0.0)
+    return _Pairs(where, first, near, line, upstream + t * steps, steps, d, off / np.maximum(d, 1e-9), along)
+
+
+def _turned(table: RiverTable, points: Floats, near: NDArray[np.int64]) -> Floats:
+    """(3, 3, K): how the bent place changes [a] with the place [b]."""
+    _, jacobian = table.bends.cells(points[:, near]).vector_derivative()
+    turned = (jacobian * (table.bends.frequency * table.bend_m)[:, None]).sum(axis=2)
+    for axis in range(3):
+        turned[axis, axis] += 1.0
+    return turned
