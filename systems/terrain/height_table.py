@@ -109,9 +109,10 @@ class TerrainColorMap:
 class TerrainRivers:
     """Where rivers lie in their texture (rivers/texture.py), and what they make of the anchor's ground."""
 
-    cells: Annotated[TerrainLattice, "of lines"]
+    anchor: Annotated[IVec3, "in steps of nodes' places"]
+    step_m: float
+    rest: Annotated[Vec3, "of the anchor beyond it, steps"]
     bends: Annotated[Any, array(TerrainLattice, len(BEND_CELLS))]
-    step_m: Annotated[float, "of nodes' places"]
     across: Annotated[int, "columns of cells along x and y; 0: no rivers"]
     first_cell: int
     first_line: int
@@ -246,7 +247,8 @@ def octave_table(
 def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.float64], height_m: float) -> None:
     """What rivers are, and what they make of the anchor's ground, whose height without them the table has already."""
     part, layout = table["rivers"], river_layout(rivers)
-    _anchor(part["cells"], point, Lattice.of([rivers.cell_m], np.zeros((1, 3))), slice(0, 1))
+    steps = point * (CELL_STEPS / rivers.cell_m)
+    part["anchor"], part["rest"] = np.floor(steps), steps - np.floor(steps)
     _anchor(part["bends"], point, rivers.bends, slice(None))
     part["bends"]["value"] = rivers.bend_m
     part["step_m"] = rivers.cell_m / CELL_STEPS

@@ -3,6 +3,7 @@
 // a texel; cells of columns, four to a texel; lines of cells, four to a texel; and nodes of three texels: place and the
 // node downstream; level, half width, depth, half width of the floor; reach, 1 for a lake, discharge.
 #include "generated/bindings.glsl"
+#include "common/pair.glsl"
 #include "generated/terrain_river_form.glsl"
 
 layout(binding = RIVERS_UNIT) uniform usampler2D u_terrain_rivers;
@@ -27,30 +28,47 @@ ivec2 river_lines(ivec3 cell) {
 
 // A place as lines see it.
 struct RiverPlace {
-    ivec3 cell;
-    vec3 at;       // m from the cell's corner, moved by the warp that bends lines
+    ivec3 steps;   // of nodes' places
+    vec3 rest;     // beyond them, steps: with the warp that bends lines
     vec3 up;
-    mat3 turned;   // how `at` changes with the place
+    mat3 turned;   // how it is moved by the place
     ivec2 lines;
 };
 
+// Where D is, in steps and less than one.
+#ifdef TERRAIN_CANONICAL
+const int RIVER_FIXED_BITS = 8;   // steps in a unit of places in fixed point
+
+ivec3 river_steps(Fixed3 D, out vec3 rest) {
+    rest = vec3(D.part << RIVER_FIXED_BITS >> 8) * (1.0 / 16777216.0);
+    return D.whole << RIVER_FIXED_BITS | ivec3(D.part >> (32 - RIVER_FIXED_BITS));
+}
+#else
+ivec3 river_steps(vec3 D, out vec3 rest) {
+    vec3 steps = D / terrain_table.rivers.step_m, whole = floor(steps);
+    rest = (steps - whole) + terrain_table.rivers.rest;
+    return terrain_table.rivers.anchor + ivec3(whole);
+}
+#endif
+
 RiverPlace river_place(TERRAIN_PLACE D) {
     RiverPlace p;
-    vec3 fraction;
-    terrain_place(terrain_table.rivers.cells, D, p.cell, fraction);
-    p.lines = river_lines(p.cell);
+    p.steps = river_steps(D, p.rest);
+    p.lines = river_lines((p.steps + ivec3(floor(p.rest))) >> RIVER_CELL_BITS);
     p.up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
-    p.at = fraction * terrain_table.rivers.cells.wavelength_m;
     p.turned = mat3(1.0);
+    vec3 bend = vec3(0.0);
     int k = 0;
     if (p.lines.y > 0) do {
         ivec3 cell;
+        vec3 fraction;
         mat3 jacobian;
         TerrainLattice lattice = terrain_table.rivers.bends[k];
         terrain_place(lattice, D, cell, fraction);
-        p.at += lattice.value * vector_noise(cell, fraction, jacobian);
+        bend += lattice.value * vector_noise(cell, fraction, jacobian);
         p.turned += (lattice.value * lattice.frequency_per_m) * jacobian;
     } while (++k < RIVER_BENDS);
+    p.rest += bend / terrain_table.rivers.step_m;
     return p;
 }
 
@@ -64,23 +82,27 @@ struct RiverLine {
     vec3 way;                     // of the whole line, m
 };
 
-vec3 river_node_place(ivec3 place, RiverPlace p) {
-    return vec3(place - (p.cell << RIVER_CELL_BITS)) * terrain_table.rivers.step_m - p.at;
-}
+vec3 river_level(vec3 v, vec3 up) { return v - up * dot(up, v); }
 
 RiverLine river_line(int index, RiverPlace p) {
     int nodes = terrain_table.rivers.first_node;
     int node = river_texel(terrain_table.rivers.first_line + (index >> 2))[index & 3];
     ivec4 a = river_texel(nodes + 3 * node), b = river_texel(nodes + 3 * a.w);
-    vec3 to_a = river_node_place(a.xyz, p), way = vec3(b.xyz - a.xyz) * terrain_table.rivers.step_m;
-    to_a -= p.up * dot(p.up, to_a);
-    way -= p.up * dot(p.up, way);
-    float per_square = 1.0 / max(dot(way, way), 1e-6), t = -dot(to_a, way) * per_square;
+    // Steps: whole numbers of at most 24 bits.
+    vec3 to_a = vec3(a.xyz - p.steps), whole_way = vec3(b.xyz - a.xyz), way = river_level(whole_way, p.up);
+    float per_square = 1.0 / max(dot(way, way), 1.0), t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
     RiverLine line;
-    line.along = t > 0.0 && t < 1.0 ? way * per_square : vec3(0.0);
-    line.way = way;
+    line.along = t > 0.0 && t < 1.0 ? way * (per_square / terrain_table.rivers.step_m) : vec3(0.0);
+    line.way = way * terrain_table.rivers.step_m;
     t = clamp(t, 0.0, 1.0);
-    vec3 off = to_a + t * way;
+#ifdef TERRAIN_FLOAT
+    vec3 off = to_a + t * whole_way - p.rest;
+#else
+    // The line's point is as far away as its nodes, and the place may be next to it.
+    Pair3 point = pair_add(pair_mul(whole_way, vec3(t)), to_a);
+    vec3 off = point.high + (point.low - p.rest);
+#endif
+    off = river_level(off, p.up) * terrain_table.rivers.step_m;
     line.d = length(off);
     line.away = -off / max(line.d, 1e-9);
     vec4 above = intBitsToFloat(river_texel(nodes + 3 * node + 1)),
@@ -121,11 +143,12 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
             cut.d_open = opens.by_d * line.away
                 + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;
         }
-        TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, half_width, floor_width, line.lake);
+        TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, half_width, floor_width, line.reach,
+            line.lake);
         if (raises.value > cut.raised) {
             cut.raised = raises.value;
             cut.d_raised = raises.by_d * line.away + (raises.by_half_width * line.section_step.y
-                + raises.by_floor_width * line.section_step.w) * line.along;
+                + raises.by_floor_width * line.section_step.w + raises.by_reach * line.reach_step) * line.along;
         }
         TerrainRiverSectionSlopes section = terrain_river_section_slopes(line.d, half_width, line.section.z);
         TerrainRiverShareSlopes share = terrain_river_share_slopes(line.d, half_width, line.reach, near);

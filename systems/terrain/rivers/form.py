@@ -1,7 +1,7 @@
 """The cross-section of a valley: what a river makes of the ground at a distance d from its line.
 
 Statements of `height_statements`, which makes the shader's functions and all derivatives of them. Lengths in metres.
-half_width: of the water, 0 where a valley is dry; floor_width: half of the valley's floor; reach: where the valley ends.
+half_width: of the water, 0 where a valley is dry; floor_width: half of the valley's floor; reach: where it ends.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..height_statements import Statements
 from ..height_steps import positive, unit
 
 __all__ = [
-    "HELD_M",
+    "HELD",
     "LAKE_NEAR_M2",
     "NEAR_M2",
     "open_slopes",
@@ -26,8 +26,8 @@ __all__ = [
 
 NEAR_M2, LAKE_NEAR_M2 = 1.0, 1e-6
 """Squared distances from the water at which a line has lost half of its say: a lake's level holds right to its edge."""
-HELD_M = 30.0
-"""Ground that dips below a river is raised so far from its banks, and half of the valley's floor beyond."""
+HELD = 0.01
+"""Ground that dips below a river is raised to this share of the reach from its banks, and half of the floor beyond."""
 BANK_M, BANK_SHARE = 0.3, 0.6
 """Banks rise by so much and by this share of the water's depth."""
 FLOOR_SLOPE = 0.003
@@ -41,10 +41,10 @@ def river_open(d: Any, floor_width: Any, reach: Any) -> Any:
     return v * (2.0 - v)
 
 
-def river_raise(d: Any, half_width: Any, floor_width: Any, lake: Any) -> Any:
+def river_raise(d: Any, half_width: Any, floor_width: Any, reach: Any, lake: Any) -> Any:
     """How much of a dip below the river is filled: 1 along the water, 0 from the middle of the floor on. Of a lake its
     rim alone."""
-    held = HELD_M + 0.5 * (floor_width - half_width)
+    held = HELD * reach + 0.5 * (floor_width - half_width)
     outside = 1.0 - unit((d - half_width) / held)
     within = unit((d - 0.75 * half_width) / (0.2 * half_width + 1.0))
     return outside * (1.0 - lake + lake * within)

@@ -1,8 +1,8 @@
 """Rivers as tables that the float64 twin and the GPU read alike: lines, and which of them pass a cell of a lattice.
 
-The lattice has 256 to 512 cells on the planet's radius, a power of two in metres (16 km on Earth), like the noises' own:
-a cell's number and a place in it are exact wherever one stands, so there are no faces, poles or seams. A line belongs
-to all cells from which its valley can be reached.
+The lattice has 256 to 512 cells on the planet's radius, a power of two in metres (16 km on Earth), like the noises'
+own: a cell's number and a place in it are exact wherever one stands, so there are no faces, poles or seams. A line
+belongs to all cells from which its valley can be reached.
 """
 
 from __future__ import annotations

@@ -11,7 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .form import LAKE_NEAR_M2, NEAR_M2, open_slopes, raise_slopes, section_slopes, share_slopes
+from .form import (
+    LAKE_NEAR_M2,
+    NEAR_M2,
+    open_slopes,
+    raise_slopes,
+    river_open,
+    river_raise,
+    river_section,
+    river_share,
+    section_slopes,
+    share_slopes,
+)
 from .table import CELL_STEPS, RiverTable, cell_keys
 
 __all__ = ["Valleys", "Waters", "valleys", "waters"]
@@ -76,40 +87,54 @@ def valleys(table: RiverTable, points: Floats, slopes: bool = False) -> Valleys:
     """At points (3, N), planet-centred metres on the reference sphere."""
     count = points.shape[1]
     base, left, raised = np.zeros(count), np.ones(count), np.zeros(count)
-    zeros = np.zeros((3, count)) if slopes else None
-    found = Valleys(base, left, raised, zeros, zeros if zeros is None else zeros.copy(), zeros)
+    gradients = [np.zeros((3, count)) for _ in range(3)] if slopes else [None] * 3
+    found = Valleys(base, left, raised, *gradients)
     pairs = _pairs(table, points)
     if pairs is None:
         return found
     level, half, depth, floor, reach, lake = pairs.value[:6]
     near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
-    opens, raises = open_slopes(pairs.d, floor, reach), raise_slopes(pairs.d, half, floor, lake)
-    sections, shares = section_slopes(pairs.d, half, depth), share_slopes(pairs.d, half, reach, near)
-    at, first = pairs.near, pairs.first
-    total = np.add.reduceat(shares[0], first)
+    at, first, d = pairs.near, pairs.first, pairs.d
+    share, section = river_share(d, half, reach, near), river_section(d, half, depth)
+    opens, raises = river_open(d, floor, reach), river_raise(d, half, floor, reach, lake)
+    total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
     mean = level[first]
-    own = level + sections[0] - np.repeat(mean, _counts(pairs))
+    own = level + section - np.repeat(mean, _counts(pairs))
     heard = total > 0.0
-    off = np.divide(np.add.reduceat(shares[0] * own, first), total, out=np.zeros(len(at)), where=heard)
+    off = np.divide(np.add.reduceat(share * own, first), total, out=np.zeros(len(at)), where=heard)
     base[at] = np.where(heard, mean + off, 0.0)
-    left[at], raised[at] = np.minimum.reduceat(opens[0], first), np.maximum.reduceat(raises[0], first)
-    if not slopes:
-        return found
+    left[at], raised[at] = np.minimum.reduceat(opens, first), np.maximum.reduceat(raises, first)
+    if slopes:
+        apart = own - np.repeat(off, _counts(pairs))
+        chosen = _chosen(opens, left[at], pairs), _chosen(raises, raised[at], pairs)
+        turned = _turned(table, points, at)
+        parts = _gradients(pairs, share, apart, total, chosen)
+        for gradient, part in zip(gradients, parts, strict=True):
+            assert gradient is not None
+            gradient[:, at] = np.einsum("abn,an->bn", turned, part)
+    return found
+
+
+def _gradients(
+    pairs: _Pairs, share: Floats, apart: Floats, total: Floats, chosen: tuple[NDArray[np.int64], NDArray[np.int64]]
+) -> tuple[Floats, Floats, Floats]:
+    """Of base, open and raised (3, K) by the bent place. apart: of what each line says from the mean."""
+    _, half, depth, floor, reach, lake = pairs.value[:6]
     s_level, s_half, s_depth, s_floor, s_reach = pairs.steps[:5]
-    d_open = opens[1] * pairs.away + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along
-    d_raised = raises[1] * pairs.away + (raises[2] * s_half + raises[3] * s_floor) * pairs.along
-    d_own = sections[1] * pairs.away + (s_level + sections[2] * s_half + sections[3] * s_depth) * pairs.along
-    d_share = shares[1] * pairs.away + (shares[2] * s_half + shares[3] * s_reach) * pairs.along
-    apart = own - np.repeat(off, _counts(pairs))
-    d_base = np.add.reduceat(shares[0] * d_own + apart * d_share, first, axis=1)
-    d_base = np.divide(d_base, total, out=np.zeros_like(d_base), where=heard)
-    lowest, highest = _chosen(opens[0], left[at], pairs), _chosen(raises[0], raised[at], pairs)
-    turned = _turned(table, points, at)
-    gradients = [np.zeros((3, count)) for _ in range(3)]
-    for gradient, part in zip(gradients, (d_base, d_open[:, lowest], d_raised[:, highest]), strict=True):
-        gradient[:, at] = np.einsum("abn,an->bn", turned, part)
-    return Valleys(base, left, raised, *gradients)
+    d, away, along = pairs.d, pairs.away, pairs.along
+    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
+    sections, shares = section_slopes(d, half, depth), share_slopes(d, half, reach, near)
+    d_own = sections[1] * away + (s_level + sections[2] * s_half + sections[3] * s_depth) * along
+    d_share = shares[1] * away + (shares[2] * s_half + shares[3] * s_reach) * along
+    d_base = np.add.reduceat(share * d_own + apart * d_share, pairs.first, axis=1)
+    d_base = np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
+    k, m = chosen
+    opens = open_slopes(d[k], floor[k], reach[k])
+    d_open = opens[1] * away[:, k] + (opens[2] * s_floor[k] + opens[3] * s_reach[k]) * along[:, k]
+    raises = raise_slopes(d[m], half[m], floor[m], reach[m], lake[m])
+    by_line = raises[2] * s_half[m] + raises[3] * s_floor[m] + raises[4] * s_reach[m]
+    return d_base, d_open, raises[1] * away[:, m] + by_line * along[:, m]
 
 
 def waters(table: RiverTable, points: Floats) -> Waters:
@@ -122,22 +147,24 @@ def waters(table: RiverTable, points: Floats) -> Waters:
         return Waters(level, beyond, depth, current)
     height, half, deep, _, reach, lake, discharge = pairs.value[:7]
     near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
-    share = share_slopes(pairs.d, half, reach, near)[0] * (half > 0.0)
+    share = river_share(pairs.d, half, reach, near) * (half > 0.0)
     total = np.add.reduceat(share, pairs.first)
     at, heard = pairs.near, total > 0.0
     mean = height[pairs.first]
-    own = share * (height - np.repeat(mean, _counts(pairs)))
-    off = np.divide(np.add.reduceat(own, pairs.first), total, out=np.zeros(len(at)), where=heard)
-    level[at] = np.where(heard, mean + off, 0.0)
+
+    def heard_of(values: Floats) -> Floats:
+        return np.divide(np.add.reduceat(share * values, pairs.first), total, out=np.zeros(len(at)), where=heard)
+
+    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, _counts(pairs))), 0.0)
+    depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
     edge = np.where(half > 0.0, pairs.d - half, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
     inside = np.clip(pairs.d / np.maximum(half, 1e-3), 0.0, 1.0)
     below = deep * (1.0 - inside * inside)
-    depth[at] = np.maximum.reduceat(below, pairs.first)
     # Mean speed through the section, twice that in its middle, none at the edge or in a lake.
     speed = np.where(half > 0.0, discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), 0.0) * (1.0 - lake)
     speed = np.minimum(speed, _FASTEST_M_S) * 1.5 * (1.0 - inside * inside)
-    strongest = _chosen(below, depth[at], pairs)
+    strongest = _chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
     pull = pairs.along[:, strongest]
     length = np.sqrt((pull * pull).sum(axis=0))
     current[:, at] = pull / np.maximum(length, 1e-12) * speed[strongest]
