@@ -1,0 +1,1 @@
+"""Rivers and lakes in the ground."""
