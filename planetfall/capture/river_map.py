@@ -55,7 +55,7 @@ def _draw_rivers(picture: Image.Image, network: Network) -> None:
     strength = np.minimum(np.log10(water[drawn] / _LEAST_M3_S) / _DECADES, 1.0)
     ends = []
     for cell in (drawn, network.receiver[drawn]):
-        x, y, z = network.directions[cell].T
+        x, y, z = network.places[cell].T
         across = (np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * width
         ends.append(np.stack([across, (0.5 - np.arcsin(np.clip(z, -1.0, 1.0)) / np.pi) * height], axis=1) - 0.5)
     pen = ImageDraw.Draw(picture)

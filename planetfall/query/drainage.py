@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..components import Ocean, Planet, Terrain
 from ..systems.terrain.drainage.climate import ClimateParams
-from ..systems.terrain.drainage.network import CELLS, Network, network_of
+from ..systems.terrain.drainage.network import CELLS, Network
+from ..systems.terrain.drainage.stored import network_of
 from ..systems.terrain.height import TerrainParams
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class River:
     """where it ends, mean of a year"""
     catchment_m2: float
     path: Floats
-    """(K, 3) unit directions, a cell each, downstream"""
+    """(K, 3) unit directions, one a cell, downstream"""
 
     @property
     def source(self) -> Floats:
@@ -82,7 +83,7 @@ def drainage_at(network: Network, directions: Floats) -> Drainage:
     index = network.index[network.grid.locate(directions)]
     land = (index >= 0) & ~network.sea[np.maximum(index, 0)]
     cell = np.where(land, index, 0)
-    here, there = network.directions[cell], network.directions[network.receiver[cell]]
+    here, there = network.places[cell], network.places[network.receiver[cell]]
     way = there - here * (there * here).sum(axis=1)[:, None]
     length = np.linalg.norm(way, axis=1)[:, None]
     return Drainage(
@@ -99,7 +100,7 @@ def rivers_of(network: Network, count: int) -> list[River]:
         raise ValueError(f"rivers: count: expected a whole number from 0 up, found {count!r}")
     found = []
     for number, stream in enumerate(network.streams(count)):
-        path = network.directions[stream.cells]
+        path = network.places[stream.cells]
         angles = 2.0 * np.arcsin(0.5 * np.linalg.norm(np.diff(path, axis=0), axis=1))
         last, end = stream.cells[-2], stream.cells[-1]
         found.append(

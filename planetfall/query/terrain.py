@@ -12,7 +12,8 @@ from ..components import Ocean, Planet, Terrain
 from ..engine.surface.lattice import cell_of
 from ..engine.world import MissingError
 from ..systems.terrain import height_march, height_rays
-from ..systems.terrain.drainage.network import CELLS, Network, network_of
+from ..systems.terrain.drainage.network import CELLS, Network
+from ..systems.terrain.drainage.stored import network_of
 from ..systems.terrain.height import TerrainField, TerrainParams
 from .drainage import Drainage, climate_params, drainage_at
 from .patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch

@@ -15,7 +15,9 @@ import pytest
 from planetfall.engine.table_cache import TableCache
 from planetfall.systems.terrain.drainage.cells import NO_CELL, cell_grid
 from planetfall.systems.terrain.drainage.climate import ClimateParams, rain_mm, runoff_mm, temperature_c
-from planetfall.systems.terrain.drainage.network import Network, network_of, solve
+from planetfall.systems.terrain.drainage.network import Network
+from planetfall.systems.terrain.drainage.solve import solve
+from planetfall.systems.terrain.drainage.stored import network_of
 from planetfall.systems.terrain.drainage.routing import add_downstream, flow_of
 from planetfall.systems.terrain.height import TerrainParams
 

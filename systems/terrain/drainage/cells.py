@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ....engine.surface.lattice import to_face, to_planet
 
-__all__ = ["NO_CELL", "CellGrid", "cell_grid"]
+__all__ = ["NO_CELL", "CellGrid", "Cells", "cell_grid"]
 
 Floats = NDArray[np.float64]
 Cells = NDArray[np.int32]
@@ -58,7 +58,13 @@ class CellGrid:
         face, j = np.divmod(row, self.across)
         return self._at(face, i, j)
 
-    def _at(self, face: NDArray[np.int64], i: NDArray[np.int64], j: NDArray[np.int64]) -> Floats:
+    def within(self, cells: Cells, offsets: Floats) -> Floats:
+        """Unit directions (N, 3) beside the middles of cells (N,), by offsets (N, 2) in cells, -1/2..1/2."""
+        row, i = np.divmod(np.asarray(cells, dtype=np.int64), self.across)
+        face, j = np.divmod(row, self.across)
+        return self._at(face, i + offsets[:, 0], j + offsets[:, 1])
+
+    def _at(self, face: NDArray[np.int64], i: Floats | NDArray[np.int64], j: Floats | NDArray[np.int64]) -> Floats:
         s, t = (_warp((2.0 * k + 1.0) / self.across - 1.0) for k in (i, j))
         vector = to_planet(face, np.stack([s, t, np.ones_like(s)], axis=-1))
         x, y, z = vector.T
