@@ -1,5 +1,1 @@
-<<<<<<< HEAD
 """Rivers and lakes as lines that carve the ground: where they lie, what they make of the ground, their water."""
-=======
-"""Rivers and lakes in the ground."""
->>>>>>> net

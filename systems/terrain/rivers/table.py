@@ -10,12 +10,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.surface.noise import Lattice, octave_offset
-from .nodes import RiverNodes
+
+if TYPE_CHECKING:
+    from .nodes import RiverNodes
 
 __all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_cell_m", "river_table"]
 
