@@ -43,12 +43,17 @@ from .height_table import octave_table
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
+from .rivers.source import source
 from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "color_map"),
+    *("rivers", "drainage_cells"),
 )
+_WAIT_S = 0.2
+_CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
+"""What rivers follow from as well."""
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
 _FAR_PIXEL_M = 50.0
@@ -68,6 +73,8 @@ class _Components(NamedTuple):
     colours: int
     planet: int
     body: int
+    sea: bool
+    solved: int
 
 
 class TerrainSystem(System):
@@ -138,7 +145,8 @@ class TerrainSystem(System):
     def _refresh_field(self, world: World, planet: int, settings: Settings) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         colours = revision(terrain)
-        changes = _Components(id(terrain), colours, id(body), revision(body))
+        sea = bool(world.query(Ocean))
+        changes = _Components(id(terrain), colours, id(body), revision(body), sea, source.finished)
         if changes == self._changes:
             return
         if colours != self._colour_revision:
@@ -147,12 +155,16 @@ class TerrainSystem(System):
             self._use_method(self._component.backend, self._component.method)
         self._changes = changes
         # Colours change often while somebody tunes them; only the shape asks for new cells and vertices.
-        stamp = GroundRevision(id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
+        rained = self._component.rivers > 0.0
+        shape = (*_SHAPE, *_CLIMATE) if rained else _SHAPE
+        solved = (sea, source.finished) if rained else None
+        stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"), solved)
         if stamp == self._field_revision:
             return
+        before = self._ground.params if self._field_revision is not None else None
         self._field_revision = stamp
         try:
-            params = TerrainParams.from_component(self._component, body.radius_m)
+            params = TerrainParams.from_component(self._component, body.radius_m, sea, before)
             color = color_cube(self._component.color_map, self._nm) if self._component.color_map else None
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.
@@ -399,12 +411,19 @@ class TerrainSystem(System):
         return run
 
     def settled(self, view: View) -> bool:
-        return self.backend.settled(view)
+        return self.backend.settled(view) and not self._solving()
+
+    def _solving(self) -> bool:
+        """Whether rivers of the ground are still being solved."""
+        return self._component.rivers > 0.0 and source.pending()
 
     def progress(self, view: View) -> float:
-        return self.backend.progress(view)
+        # Whoever waits for pictures to settle need not draw while rivers are solved.
+        return 0.5 * source.progress(_WAIT_S) if self._solving() else self.backend.progress(view)
 
     def refining(self, view: View) -> str:
+        if self._solving():
+            return "rivers"
         return "" if self.backend.settled(view) else f"ground {100.0 * self.backend.progress(view):.0f} %"
 
     def statistics(self) -> dict[str, int]:
