@@ -1,4 +1,4 @@
-"""Gullies: relief whose furrows run down the slope and branch, in float64; the twin of assets/shaders/terrain/gullies.glsl.
+"""Gullies: relief whose furrows run down the slope and branch, in float64, as assets/shaders/terrain/gullies.glsl.
 
 A layer of relief is noise of no direction. Where the ground is steep, water draws lines down it: there a layer becomes
 waves that run along the contour, so that their crests and furrows lie across it. Each layer follows the slope of the
@@ -36,6 +36,7 @@ __all__ = [
     "GullyLayers",
     "crest_slopes",
     "gully_layers",
+    "shader",
 ]
 
 Floats = NDArray[np.float64]
@@ -60,7 +61,7 @@ ROUND = 0.02
 
 
 def crest_slopes(n: Floats, share: Floats) -> tuple[Floats, Floats]:
-    """Of layers' values by their noise, with crests rounder than those of `ridge_slope`: the slope and how it changes."""
+    """Of layers' values by their noise, crests rounder than `ridge_slope` has them: the slope and how it changes."""
     inside = np.clip(n * (1.0 / CREST), -1.0, 1.0)
     slope = 1.0 - np.abs(share) - share * RIDGE_SLOPE * inside
     return slope, np.where(np.abs(inside) < 1.0, share * (-RIDGE_SLOPE / CREST), 0.0)
@@ -105,8 +106,8 @@ class _Wave:
         """(N,) complex: the wave, and the one a quarter further on"""
 
     def derivative(self, turning: Floats, bent: Floats | None) -> Complex:
-        """(3, N) of the value by the place, in cells. turning (3, 3, N): of `along` [a] by it [b]. bent (3, 3, N): of the
-        lattice coordinate [a], if another warp moves that."""
+        """(3, N) of the value by the place, in cells. turning (3, 3, N): of `along` [a] by it [b]. bent (3, 3, N): of
+        the lattice coordinate [a], if a warp moves that."""
         u, f, total = self._u, self._fraction, self._total
         by_x = self._dx[:, 0] + u[1] * (self._dx[:, 1] - self._dx[:, 0])
         by = np.stack(
@@ -142,8 +143,8 @@ def gully_layers(
 ) -> GullyLayers:
     """layers: of each octave, by its number from FIRST_GULLY on, the corners around the places. frequency, amplitude_m
     (K,) of them. falls (3, N): slope of the ground without them. rough (N,): metres by metre of relief. d_falls (3, 3,
-    N): how the slope [a] changes with the place [b], for derivatives. bent (3, 3, N): how the place [a] that the warped layers
-    are asked at changes with it [b]."""
+    N): how the slope [a] changes with the place [b], for derivatives. bent (3, 3, N): how the place [a] that the warped
+    layers are asked at changes with it [b]."""
     count, places = len(frequency), falls.shape[1]
     share, wave = np.empty((count, places)), np.empty((count, places))
     d_share = np.empty((3, count, places)) if d_falls is not None else None
@@ -172,6 +173,19 @@ def gully_layers(
             d_falls = d_falls + steers * (along[:, None] * d_pull[None] + pull * turning)
         falls = falls + steers * pull * along
     return GullyLayers(share, wave, d_share, d_wave)
+
+
+def shader() -> str:
+    """GLSL: the numbers that both sides share."""
+    whole = {"FIRST": FIRST_GULLY, "END": END_GULLY}
+    numbers = {
+        "AMPLITUDE": AMPLITUDE, "TURN": TURN, "LEAST": LEAST, "FULL": FULL, "CREST": CREST, "ROUND": ROUND,
+        "RIDGE_SLOPE": RIDGE_SLOPE,
+    }  # fmt: skip
+    return "".join(
+        [f"const int GULLY_{name} = {v};\n" for name, v in whole.items()]
+        + [f"const float GULLY_{name} = {v!r};\n" for name, v in numbers.items()]
+    )
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
