@@ -26,6 +26,7 @@ KNOBS = (
     "crater_largest_m",
     "height_map_blend",
     "height_map_detail",
+    "erosion",
 )
 RANGES = {
     "layers": (1, 16),
@@ -40,6 +41,7 @@ RANGES = {
     "crater_largest_m": (1.0, 2e6),
     "height_map_blend": (0.0, 1.0),
     "height_map_detail": (0.0, 4.0),
+    "erosion": (0.0, 1.0),
 }
 
 
@@ -62,6 +64,7 @@ class TerrainParams:
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
         samples is, 1 going on as the map itself. colored: a colour map says what the ground looks like.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
+    erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
     rivers: lines that carve the ground (systems/terrain/rivers/).
     """
 
@@ -83,6 +86,7 @@ class TerrainParams:
     height_map_blend: float = 0.0
     height_map_detail: float = 1.0
     colored: bool = False
+    erosion: float = 0.0
     rivers: RiverTable | None = None
 
     def __post_init__(self) -> None:

@@ -181,6 +181,7 @@ class TerrainSystem(System):
             "MAPPED": params.height_map is not None,
             "COLORED": params.colored,
             "RIVERS": params.rivers is not None,
+            "ERODED": params.erosion > 0.0,
         }
         shaders = self._gpu.shaders
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
