@@ -24,7 +24,7 @@ from .routing import add_downstream, flow_of
 from .streams import StreamCells
 from .valleys import stream_cells
 
-__all__ = ["GROUND_LAYERS", "Solution", "across_of", "rain_of", "solve", "solve_streams"]
+__all__ = ["Solution", "across_of", "rain_of", "solve", "solve_streams", "uncarved"]
 
 log = logging.getLogger(__name__)
 
@@ -34,7 +34,7 @@ Indices = NDArray[np.int64]
 _LEAST_ACROSS = 16
 _LAYERS = 6
 """Of the ground's relief that cells can show: down to 4 km."""
-GROUND_LAYERS = 10
+_GROUND_LAYERS = 10
 """Of the ground on which the shore is looked for: down to 256 m. No river depends on finer ones."""
 _AIR_LAYERS = 2
 """The same of the cells on which air moves: down to 65 km."""
@@ -77,7 +77,7 @@ def solve_streams(
     """As `solve`, with the cells of its streams and lakes and their valleys."""
     grid = cell_grid(across_of(cells))
     told = progress or (lambda share: None)
-    params = replace(params, rivers=None)  # the ground as it is without
+    params = uncarved(params)
     broad = replace(params, layers=min(params.layers, _LAYERS))
     heights = _heights(grid, broad, lambda share: told(0.35 * share))
     land = np.flatnonzero(heights > 0.0).astype(np.int32)
@@ -118,8 +118,7 @@ def solve_streams(
     offset = place_offsets(kept, low.place)
     rough = Network(grid, params.radius_m, kept, carved.flow.receiver, offset, runs)
     network = replace(rough, offset=_rounded(rough, _with_catchment(grid, params.radius_m, catchment, sea)))
-    shore = model_of(replace(params, layers=min(params.layers, GROUND_LAYERS)))
-    streams = stream_cells(network, carved, ground, low.relief_m, shore)
+    streams = stream_cells(network, carved, ground, low.relief_m, model_of(params))
     log.info(
         "%d cells of land, %d of a stream, %d of lakes, %d steps from the sea",
         len(land), len(streams.cells), int(carved.lake.sum()), len(flow.starts) - 2,
@@ -142,6 +141,12 @@ def _rounded(network: Network, wanted: NDArray[np.bool_]) -> NDArray[np.int8]:
     return offset
 
 
+def uncarved(params: TerrainParams) -> TerrainParams:
+    """The ground on which rivers find their way: without what they make of it, and without gullies, which lie between
+    its cells."""
+    return replace(params, rivers=None, erosion=0.0, colored=False, layers=min(params.layers, _GROUND_LAYERS))
+
+
 def across_of(cells: int) -> int:
     """Cells along a face's edge, for about so many on the sphere."""
     return max(_LEAST_ACROSS, round((cells / 6.0) ** 0.5))
@@ -150,7 +155,7 @@ def across_of(cells: int) -> int:
 def rain_of(params: TerrainParams, climate: ClimateParams) -> Floats:
     """Rain of a year in mm on the cells on which air moves."""
     coarse = cell_grid(ACROSS)
-    broad = replace(params, rivers=None, layers=min(params.layers, _AIR_LAYERS))
+    broad = replace(uncarved(params), layers=min(params.layers, _AIR_LAYERS))
     return rain_mm(coarse, _heights(coarse, broad), climate)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from .climate import ACROSS, ClimateParams
 from .network import CELLS, Network
 from .packing import pack, unpack
 from .places import place_offsets
-from .solve import GROUND_LAYERS, Solution, across_of, rain_of, solve_streams
+from .solve import Solution, across_of, rain_of, solve_streams, uncarved
 from .streams import StreamCells
 
 __all__ = ["SHIPPED", "network_of", "rain_grid_of", "ship", "streams_of"]
@@ -148,9 +148,10 @@ def _key(params: TerrainParams, climate: ClimateParams, across: int) -> str:
     """One name for all that a planet's rivers depend on."""
     map_ = params.height_map
     content = "" if map_ is None else hashlib.sha256(map_.cube.levels[0].tobytes()).hexdigest()
-    layers = min(params.layers, GROUND_LAYERS)
-    ground = replace(params, height_map=None, rivers=None, colored=False, layers=layers)
-    return TableCache.key(_VERSION, str(across), repr(ground), content, repr(climate))
+    ground = replace(uncarved(params), height_map=None)
+    # Of the params those that differ from the defaults: a new knob that nobody uses changes no planet's rivers.
+    given = [(f.name, getattr(ground, f.name)) for f in fields(ground) if getattr(ground, f.name) != f.default]
+    return TableCache.key(_VERSION, str(across), repr(given), content, repr(climate))
 
 
 def _solved(
