@@ -136,6 +136,28 @@ def test_strength_scales_the_water(nodes: RiverNodes, solution: Solution, monkey
     assert rivers_of_ground(EARTH, CLIMATE, CELLS, 0.0) is None
 
 
+@pytest.mark.parametrize("radius_m", [500.0, 6.0e4, 3.39e6])
+def test_on_planets_of_all_sizes(radius_m: float) -> None:
+    highest_m = min(0.1 * radius_m, 9000.0)
+    params = TerrainParams(radius_m, 3, highest_m, -highest_m, layers=10, land_share=0.5)
+    found = rivers_of_ground(params, CLIMATE, 6000, cache=TableCache("drainage", ""))
+    assert found is not None
+    upper, lower, lake = segments(found)
+    assert (found.level_m[upper] >= found.level_m[lower]).all()
+    assert (found.level_m[upper[lake]] == found.level_m[lower[lake]]).all()
+    assert (found.flat_m >= found.half_width_m).all() and (found.reach_m > found.flat_m).all()
+    # Levels are many, not steps of a few; valleys go with the planet, by powers of two.
+    assert found.level_m.max() > 0.1 * highest_m and len(np.unique(found.level_m)) > 0.3 * len(streams_above(found))
+    dry = found.half_width_m == 0.0
+    if dry.any():
+        assert 1000.0 <= found.reach_m[dry].max() / params.scale <= 8800.0
+
+
+def streams_above(nodes: RiverNodes) -> np.ndarray:
+    """Nodes above the sea."""
+    return np.flatnonzero(nodes.level_m > 0.0)
+
+
 # -- ways, places, ground ---------------------------------------------------------------------------------------------
 
 

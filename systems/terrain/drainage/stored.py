@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ....engine.table_cache import TableCache
 from ..height_params import TerrainParams
+from .carve import INCISION
 from .cells import CellGrid, cell_grid
 from .climate import ACROSS, ClimateParams
 from .network import CELLS, Network
@@ -82,12 +83,14 @@ def network_of(
     cells: int = CELLS,
     progress: Callable[[float], None] | None = None,
     cache: TableCache | None = None,
+    incision: float = INCISION,
 ) -> Network:
     """As `solve`, from a file where it has been solved before. cache: the folder, instead of the package's and the
     user's."""
-    kept = _load(params, climate, cells, cache)
+    key = _key(params, climate, across_of(cells), incision)
+    kept = _load(key, cache)
     if kept is None:
-        return _solved(params, climate, cells, progress, cache).network
+        return _keep_in(cache, key, solve_streams(params, climate, cells, progress, incision)).network
     _told(progress)
     grid, numbers = cell_grid(across_of(cells)), kept.cells
     ways = np.concatenate([grid.neighbours(numbers), numbers[:, None]], axis=1)
@@ -104,11 +107,13 @@ def streams_of(
     cells: int = CELLS,
     progress: Callable[[float], None] | None = None,
     cache: TableCache | None = None,
+    incision: float = INCISION,
 ) -> tuple[CellGrid, StreamCells]:
     """The cells with streams, and the grid that they are of; otherwise as `network_of`."""
-    grid, kept = cell_grid(across_of(cells)), _load(params, climate, cells, cache)
+    grid, key = cell_grid(across_of(cells)), _key(params, climate, across_of(cells), incision)
+    kept = _load(key, cache)
     if kept is None:
-        return grid, _solved(params, climate, cells, progress, cache).streams
+        return grid, _keep_in(cache, key, solve_streams(params, climate, cells, progress, incision)).streams
     _told(progress)
     numbers, step, found = kept.cells[kept.stream], kept.step[kept.stream], kept.streams
     return grid, StreamCells(
@@ -144,26 +149,19 @@ def ship(params: TerrainParams, climate: ClimateParams, cells: int = CELLS) -> P
     return SHIPPED.folder / f"{key}.npz"
 
 
-def _key(params: TerrainParams, climate: ClimateParams, across: int) -> str:
+def _key(params: TerrainParams, climate: ClimateParams, across: int, incision: float = INCISION) -> str:
     """One name for all that a planet's rivers depend on."""
     map_ = params.height_map
     content = "" if map_ is None else hashlib.sha256(map_.cube.levels[0].tobytes()).hexdigest()
     ground = replace(uncarved(params), height_map=None)
     # Of the params those that differ from the defaults: a new knob that nobody uses changes no planet's rivers.
     given = [(f.name, getattr(ground, f.name)) for f in fields(ground) if getattr(ground, f.name) != f.default]
-    return TableCache.key(_VERSION, str(across), repr(given), content, repr(climate))
+    cut = () if incision == INCISION else (repr(incision),)
+    return TableCache.key(_VERSION, str(across), repr(given), content, repr(climate), *cut)
 
 
-def _solved(
-    params: TerrainParams,
-    climate: ClimateParams,
-    cells: int,
-    progress: Callable[[float], None] | None,
-    cache: TableCache | None,
-) -> Solution:
-    """Solved, and kept."""
-    made = solve_streams(params, climate, cells, progress)
-    _keep(TableCache("drainage") if cache is None else cache, _key(params, climate, across_of(cells)), made)
+def _keep_in(cache: TableCache | None, key: str, made: Solution) -> Solution:
+    _keep(TableCache("drainage") if cache is None else cache, key, made)
     return made
 
 
@@ -188,9 +186,8 @@ def _keep(cache: TableCache, key: str, made: Solution) -> None:
     cache.save(key, {**sizes, "land": land, "streams": found})
 
 
-def _load(params: TerrainParams, climate: ClimateParams, cells: int, cache: TableCache | None) -> _Kept | None:
-    """The file of this ground: of the package, or of the user."""
-    key = _key(params, climate, across_of(cells))
+def _load(key: str, cache: TableCache | None) -> _Kept | None:
+    """The file of a ground: of the package, or of the user."""
     for place in (SHIPPED, TableCache("drainage")) if cache is None else (cache,):
         sizes = place.load(key, {"land_size": (), "stream_size": ()}, np.int64)
         if sizes is None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.table_cache import TableCache
+from ..drainage.carve import INCISION
 from ..drainage.cells import CellGrid
 from ..drainage.climate import ClimateParams
 from ..drainage.network import CELLS
@@ -62,15 +63,17 @@ def rivers_of_ground(
     strength: float = 1.0,
     progress: Callable[[float], None] | None = None,
     cache: TableCache | None = None,
+    incision: float = INCISION,
 ) -> RiverNodes | None:
     """Rivers and lakes of a ground: shipped with the package, from the user's cache folder, or solved.
 
     cells: of the whole planet. strength: multiplies the water of all rivers, from 0, which gives None and solves
-    nothing. progress(share) follows. ValueError for ground without land, or without any below height 0.
+    nothing. incision: how far they have cut, see drainage/carve.py. progress(share) follows. ValueError for ground
+    without land, or without any below height 0.
     """
     if not strength > 0.0:
         return None
-    grid, streams = streams_of(params, climate, cells, progress, cache)
+    grid, streams = streams_of(params, climate, cells, progress, cache, incision)
     return nodes_of(grid, streams, params, strength)
 
 
