@@ -15,6 +15,7 @@ from ..engine.world import MissingError
 from ..systems.terrain import height_march, height_rays
 from ..systems.terrain.drainage.network import CELLS, Network
 from ..systems.terrain.drainage.stored import network_of, rain_grid_of
+from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField, TerrainParams
 from .climate import Climate, climate_at
 from .drainage import Drainage, climate_params, drainage_at
@@ -59,7 +60,7 @@ class TerrainSampler:
         if validate is not None:
             validate()  # no ground that a renderer would refuse to draw
         sea = _has_ocean(handle)
-        self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m, sea))
+        self._field = TerrainField(ground_params(terrain, handle[Planet].radius_m, sea))
         self._climate, self._drainage_cells = climate_params(terrain, sea), drainage_cells or terrain.drainage_cells
 
     @classmethod

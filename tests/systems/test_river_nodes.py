@@ -50,7 +50,7 @@ def nodes(solution: Solution) -> RiverNodes:
 @pytest.fixture(scope="module")
 def preset() -> TerrainParams:
     with pf.load_scene("earth") as scene:
-        return TerrainParams.uncarved(scene.planet[pf.Terrain], scene.planet.radius_m)
+        return TerrainParams.from_component(scene.planet[pf.Terrain], scene.planet.radius_m)
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,11 @@ left. Operations are + - x / sqrt alone, so that equal grounds have equal rain t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ....components import Terrain
 from .cells import NO_CELL, CellGrid
 
 __all__ = ["ACROSS", "ClimateParams", "climate_params", "rain_mm", "runoff_mm", "snow_line_m", "temperature_c", "winds"]
@@ -54,7 +54,7 @@ class ClimateParams:
     """without one nothing rains"""
 
 
-def climate_params(terrain: Any, sea: bool = True) -> ClimateParams:
+def climate_params(terrain: Terrain, sea: bool = True) -> ClimateParams:
     """What the rain depends on, beside heights: nothing rains on a planet without Ocean."""
     return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, sea)
 

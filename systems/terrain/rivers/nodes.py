@@ -7,7 +7,6 @@ file. Lengths of valleys go with the planet's size in steps of two, as the groun
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,38 +21,13 @@ from ..drainage.stored import streams_of
 from ..drainage.streams import StreamCells
 from ..height_params import TerrainParams
 from .between import Course, confluences, lake_edges, middles, mouths
+from .node_arrays import RiverNodes
 from .widths import ROWS, lake_rows, river_rows
 
 __all__ = ["RiverNodes", "nodes_of", "rivers_of_ground"]
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-
-
-@dataclass(frozen=True, eq=False)
-class RiverNodes:
-    """Arrays (N,). A node and its `to` make a segment, a straight line along which everything is linear."""
-
-    direction: Floats
-    """(N, 3) unit"""
-    to: NDArray[np.int32]
-    """the node downstream; -1: none, a mouth"""
-    level_m: Singles
-    """of the water above the reference sphere, from 0 up, never below that of `to`"""
-    half_width_m: Singles
-    """of the water; 0: a valley without"""
-    depth_m: Singles
-    """in the middle"""
-    flat_m: Singles
-    """half width of the valley's flat floor, at least that of the water"""
-    reach_m: Singles
-    """distance from the line at which the valley ends, more than flat_m"""
-    lake: NDArray[np.bool_]
-    """a lake's; a segment is a lake where both ends are, and then both have the same level"""
-    discharge_m3_s: Singles
-
-    def __len__(self) -> int:
-        return len(self.to)
 
 
 def rivers_of_ground(
