@@ -11,6 +11,8 @@ import numpy as np
 from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.blocks.bindings import (
     DRY_BUFFER,
+    FLAG_BUFFER,
+    LAND_WATER_UNIT,
     MATERIAL_BLOCK,
     NEAR_DRY_BUFFER,
     NEAR_WET_BUFFER,
@@ -40,9 +42,11 @@ from .debug_passes import TerrainDebugPasses
 from .height import TerrainField, TerrainParams
 from .height_map import color_cube
 from .height_table import octave_table
+from .land_water import LAND_WATER, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
+from .rivers.table import RiverTable
 from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
@@ -102,6 +106,8 @@ class TerrainSystem(System):
         }
         self._shaders: dict[tuple[str, ...], Compute] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
+        self._land_water = LandWater(setup.gpu, self._shader)
+        self._watered = False  # whether the graph was declared with rivers
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
         self._changes: _Components | None = None
         self._field_revision: GroundRevision | None = None
@@ -159,6 +165,7 @@ class TerrainSystem(System):
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._provide_sources(params)
         self._maps.show(params.height_map, color, params.rivers)
+        self.structure += self._watered != (params.rivers is not None)
         self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
 
@@ -279,6 +286,9 @@ class TerrainSystem(System):
             self._coasts.declare(
                 builder, view, lambda: self._of(of), backend.coast_file, lambda: self._bind_heights(of), seen
             )
+        self._watered = self._ground.params.rivers is not None
+        if self.shows_rivers():
+            self._land_water.declare(builder, view, self._rivers, lambda: self._bind_heights(of), seen)
         tiles = _TILES
         if self.sorts_wet():
             tiles = _WET_LISTS
@@ -302,7 +312,10 @@ class TerrainSystem(System):
             system=name,
             bind=lambda io: self._bind_shade(io, of, tiles),
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
+            reads=(
+                *("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
+                *((LAND_WATER, "gbuffer.tile_flags") if self.shows_rivers() else ()),
+            ),
             writes=("scene.radiance",),
             stage="opaque",
             only_while=seen,
@@ -325,6 +338,15 @@ class TerrainSystem(System):
     def sorts_wet(self) -> bool:
         """Whether there is water that the backend's shading knows of."""
         return bool(self._world.query(Ocean)) and self.backend.shades_all
+
+    def shows_rivers(self) -> bool:
+        """Whether rivers and lakes are drawn: with the sea's passes, on ground that knows water."""
+        return self._ground.params.rivers is not None and self.sorts_wet()
+
+    def _rivers(self) -> RiverTable:
+        rivers = self._ground.params.rivers
+        assert rivers is not None
+        return rivers
 
     def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
@@ -368,13 +390,15 @@ class TerrainSystem(System):
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
         sorts = lists == _WET_LISTS
+        rivers = (io.texture(LAND_WATER), io.buffer("gbuffer.tile_flags")) if self.shows_rivers() else None
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
+            flags = (*dry, "LAND_WATER") if rivers is not None else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
-            plain = self._shader(backend.shade_file, *dry)
-            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *dry, *near)))
+            plain = self._shader(backend.shade_file, *flags)
+            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))
 
         every, between = self._shade_every(), None
         all_tiles = [io.buffer(name) for name in _TILES]
@@ -387,6 +411,9 @@ class TerrainSystem(System):
             radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
             for unit, texture in textures:
                 texture.use(unit)
+            if rivers is not None:
+                rivers[0].use(LAND_WATER_UNIT)
+                rivers[1].bind_to_storage_buffer(FLAG_BUFFER)
             self._bind_octaves(view)
             backend.bind_shading()
             cluttered = self._component.clutter > 0.0

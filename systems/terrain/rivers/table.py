@@ -88,6 +88,15 @@ class RiverTable:
         drawn = self.to >= 0
         return float(2.0 / (self.values[drawn, 4] - self.values[drawn, 3]).min()) if drawn.any() else 0.0
 
+    @cached_property
+    def known_m(self) -> float:
+        """Each cell knows of all water so near to its places; infinite without any."""
+        drawn = np.flatnonzero(self.to >= 0)
+        a, b = self.values[drawn], self.values[self.to[drawn]]
+        half_width = np.maximum(a[:, 1], b[:, 1])
+        wet = half_width > 0.0
+        return float((np.minimum(a[:, 4], b[:, 4]) - half_width)[wet].min()) if wet.any() else math.inf
+
     @property
     def nbytes(self) -> int:
         """Memory of the arrays."""

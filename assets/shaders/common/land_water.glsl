@@ -1,0 +1,18 @@
+// Water of rivers and lakes among the pixels of the sea: what gbuffer.attributes.z says of it, 0 for the sea itself.
+//   stirred   0 a lake's mirror .. 1 white water
+//   muddy     0 clear .. 1 as much sediment as large lowland rivers carry
+
+float land_water_encode(float stirred, float muddy) {
+    return (1.0 + 15.0 * floor(15.0 * clamp(muddy, 0.0, 1.0) + 0.5) + floor(14.0 * clamp(stirred, 0.0, 1.0) + 0.5))
+        / 255.0;
+}
+
+bool land_water_at(float code) {
+    return code > 0.5 / 255.0;
+}
+
+// (stirred, muddy)
+vec2 land_water_decode(float code) {
+    float whole = max(floor(code * 255.0 + 0.5) - 1.0, 0.0), muddy = floor((whole + 0.5) / 15.0);
+    return vec2((whole - 15.0 * muddy) / 14.0, muddy / 15.0);
+}

@@ -1,0 +1,100 @@
+// Rivers and lakes in the picture, pixel by pixel: where a pixel's place on the ground lies in water, its line of sight
+// meets that water first. terrain/land_water.frag makes these pixels a part of the sea's surface; the others keep how
+// much water too narrow for a pixel covers them, and how wet they are (terrain/shade.comp). A workgroup a tile of
+// terrain/list_water.comp.
+#include "common/land_water.glsl"
+#include "common/octahedral.glsl"
+#include "common/sea_depth.glsl"
+#include "common/spread.glsl"
+#include "terrain/water_place.glsl"
+#include "terrain/waters.glsl"
+
+layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
+layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
+layout(std430, binding = SEA_TILES_BUFFER) buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
+layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer { uint tile_groups[4]; uint tiles[]; };
+layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
+layout(binding = 0) writeonly uniform uimage2D u_land_water_out;
+uniform ivec2 u_tiles;
+
+const float FLATTEST_SINE = 0.03;   // of the view above the ground: what a pixel covers grows no longer below it
+const float DAMP_M = 0.3;           // ground up to so high over the water is wet
+
+shared uint s_water;
+
+// What a pixel's sides cover of level ground.
+void pixel_sides(WaterPlace place, vec3 up, out vec3 across, out vec3 along) {
+    float distance_m = length(place.point), width = distance_m * frame.pixel_rad;
+    vec3 view = -place.point / distance_m, aside = cross(view, up);
+    aside /= max(length(aside), 1e-6);
+    across = aside * width;
+    along = cross(up, aside) * (width / max(dot(view, up), FLATTEST_SINE));
+}
+
+// How far along the line of sight, as a share, a height over the anchor's lies: the place itself is below it and the
+// camera above. Heights along a straight line bend up, so the steps come from one side.
+float share_to_height(vec3 point, float height) {
+    float share = 1.0;
+    for (int k = 0; k < 3; ++k) {
+        float there;
+        foot_offset_of(share * point, there);
+        share -= (there - frame.anchor_height_m - height) / min(dot(point, up_at(share * point)), -1e-6);
+    }
+    return clamp(share, 0.0, 1.0);
+}
+
+// x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes.
+uvec4 pixel_of(ivec2 pixel) {
+    WaterPlace place = water_place(pixel);
+    vec3 up = up_at(place.point), across, along;
+    pixel_sides(place, up, across, along);
+    RiverPlace p = river_place(place.D);
+    if (!place.open) p.lines.y = 0;
+    LandWater w = land_water(p, across, along);
+    bool water = w.beyond < 0.0 && w.wide;
+    float share = 1.0;
+    bool sunk = water && place.height - frame.anchor_height_m < w.level
+        && frame.camera_altitude_m - frame.anchor_height_m > w.level;
+    if (sunk) share = share_to_height(place.point, w.level);
+    // Depth and level where the surface is seen, if that is not far beside.
+    float drawn;
+    vec3 D = foot_offset_of(share * place.point, drawn);
+    p = river_place(D);
+    if (!sunk) p.lines.y = 0;
+    LandWater there = land_water(p, across, along);
+    bool better = sunk && there.beyond < 0.0;
+    if (better) share = share_to_height(place.point, there.level);
+    float depth_m = better ? there.depth : w.depth;
+    vec3 slope = better ? there.slope : w.slope;
+    slope -= up * dot(up, slope);
+    vec3 normal = normalize(up_at(share * place.point) - slope);
+
+    vec4 attributes = vec4(sea_depth_encode(depth_m / (depth_m + 16.0)), land_water_encode(w.stirred, w.muddy),
+        texel_at(u_attributes, min(pixel, textureSize(u_surface, 0) - 1)).w);
+    float width = max(length(across), 1e-3);
+    float damp = smoothstep(DAMP_M, 0.3 * DAMP_M, w.above)
+        * clamp(4.0 * (w.half_width + 1.0) / width, 0.0, 1.0) * float(w.beyond < WATER_NOWHERE_M);
+    bool ground = place.open && place.surface == SURFACE_TERRAIN;
+    vec4 ashore = ground ? vec4(w.coverage, damp, w.stirred, w.muddy) : vec4(0.0);
+    return water ? uvec4(floatBitsToUint(place.depth / max(share, 1e-6)), packSnorm2x16(oct_encode(normal)),
+        packUnorm4x8(attributes), 0u) : uvec4(0u, packUnorm4x8(ashore), 0u, 0u);
+}
+
+void main() {
+    uint tile = tiles[spread_tiles()];
+    ivec2 at = ivec2(tile & 0xffffu, tile >> 16), pixel = at * TILE_PX + ivec2(gl_LocalInvocationID.xy);
+    if (gl_LocalInvocationIndex == 0u) s_water = 0u;
+    memoryBarrierShared();
+    barrier();
+    uvec4 found = pixel_of(pixel);
+    bool inside = all(lessThan(pixel, textureSize(u_surface, 0)));
+    if (inside) imageStore(u_land_water_out, pixel, found);
+    if (inside && found.x != 0u) atomicOr(s_water, 1u);
+    memoryBarrierShared();
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && s_water != 0u) {
+        uint before = atomicOr(flags[at.y * u_tiles.x + at.x], 1u << SURFACE_SEA | SURFACE_LAND_WATER);
+        if ((before & (1u << SURFACE_SEA | SURFACE_ASKED)) == 0u)
+            sea_tiles[atomicAdd(sea_groups[0], 1u)] = tile;
+    }
+}
