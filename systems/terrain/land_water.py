@@ -19,13 +19,15 @@ from ...engine.frame import ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.gpu import Compute, GpuScope, Program
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
-from .rivers.table import RiverTable
 
 __all__ = ["LAND_WATER", "LandWater"]
 
 LAND_WATER = "terrain.land_water"
 """Texture with what terrain/land_water.comp found of each pixel in tiles near water."""
-_TILES = "terrain.tiles_water"
+_TILES, _WIDE, _LINES = "terrain.tiles_water", "terrain.tiles_waters", "terrain.water_lines"
+_RECORD = 16
+"""Numbers in _LINES by the tile: WATER_RECORD of terrain/tile_waters.glsl."""
+_FIND = "terrain/land_water.comp"
 _CORNERS = 6
 """Of two triangles."""
 
@@ -44,22 +46,24 @@ class LandWater:
         self,
         builder: GraphBuilder,
         info: ViewInfo,
-        rivers: Callable[[], RiverTable],
         bind_heights: Callable[[], None],
+        far: Callable[[], bool],
         seen: Callable[[], bool],
     ) -> None:
-        """rivers: that are drawn; bind_heights: of the view, once it is drawn; seen: whether any ground is."""
+        """far: whether all pixels are so wide that floats do; bind_heights: of the view, once it is drawn; seen: whether any ground is."""
         across, down = tiles_of(info.size)
         builder.add_pass(
             LAND_WATER,
             kind="compute",
             system="terrain",
-            bind=lambda io: self._bind_find(io, (across, down), rivers, bind_heights),
+            bind=lambda io: self._bind_find(io, (across, down), bind_heights, far),
             reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface"),
             writes=("gbuffer.tile_flags", "gbuffer.tiles_sea"),
             creates=(
                 TextureSpec(LAND_WATER, "rgba32ui", help="rivers and lakes in pixels of tiles near any"),
                 BufferSpec(_TILES, 16 + 4 * across * down, help="dispatch and tiles near rivers and lakes"),
+                BufferSpec(_WIDE, 16 + 4 * across * down, help="the same, with more lines than are listed"),
+                BufferSpec(_LINES, 4 * _RECORD * across * down, help="lines of water that pass those tiles"),
             ),
             after=("terrain.coast",),
             stage="detail",
@@ -82,32 +86,36 @@ class LandWater:
         self,
         io: PassIO,
         tiles: tuple[int, int],
-        rivers: Callable[[], RiverTable],
         bind_heights: Callable[[], None],
+        far: Callable[[], bool],
     ) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_water.comp"), self._shader("terrain/list_water.comp")
-        find = self._shader("terrain/land_water.comp")
+        near, distant = self._shader(_FIND), self._shader(_FIND, "WATER_FAR", "TERRAIN_FLOAT")
+        unlisted = self._shader(_FIND, "WATER_WIDE", "WATER_FAR", "TERRAIN_FLOAT")
         units = {"gbuffer.depth": DEPTH_UNIT, "gbuffer.attributes": ATTRIBUTES_UNIT, "gbuffer.surface": SURFACE_UNIT}
         textures = [(unit, io.texture(name)) for name, unit in units.items()]
-        points = {"gbuffer.tile_flags": FLAG_BUFFER, "gbuffer.tiles_sea": SEA_TILES_BUFFER, _TILES: TILE_BUFFER}
+        points = {"gbuffer.tile_flags": FLAG_BUFFER, _WIDE: 1, "gbuffer.tiles_sea": SEA_TILES_BUFFER, _LINES: 3}
         buffers = [(point, io.buffer(name)) for name, point in points.items()]
-        listed, found, barrier = io.buffer(_TILES), io.texture(LAND_WATER), self._gpu.barrier
+        few, wide, found, barrier = io.buffer(_TILES), io.buffer(_WIDE), io.texture(LAND_WATER), self._gpu.barrier
 
         def run() -> None:
             for unit, texture in textures:
                 texture.use(unit)
             for point, buffer in buffers:
                 buffer.bind_to_storage_buffer(point)
+            few.bind_to_storage_buffer(TILE_BUFFER)
             bind_heights()
             begin.run()
             barrier()
             sort.set("u_tiles", tiles)
-            sort.set("u_reach_m", rivers().known_m)
             sort.run(-(-tiles[0] * tiles[1] // 64))
             barrier()
             found.bind_to_image(0, read=False, write=True)
-            find.set("u_tiles", tiles)
-            find.run_indirect(listed)
+            with self._gpu.apart():  # each tile's pixels are its own
+                for shader, listed in ((distant if far() else near, few), (unlisted, wide)):
+                    listed.bind_to_storage_buffer(TILE_BUFFER)
+                    shader.set("u_tiles", tiles)
+                    shader.run_indirect(listed)
 
         return run
 

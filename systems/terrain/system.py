@@ -46,7 +46,6 @@ from .land_water import LAND_WATER, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
-from .rivers.table import RiverTable
 from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
@@ -55,6 +54,7 @@ _SHAPE = (
 )
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
+_WET_READS = ("gbuffer.tile_depths", "gbuffer.tile_flags")
 _FAR_PIXEL_M = 50.0
 """Where pixels are wider on all ground, lakes may go on beyond the tiles that show them."""
 _WIDE_PIXEL_M = 10.0
@@ -288,7 +288,9 @@ class TerrainSystem(System):
             )
         self._watered = self._ground.params.rivers is not None
         if self.shows_rivers():
-            self._land_water.declare(builder, view, self._rivers, lambda: self._bind_heights(of), seen)
+            self._land_water.declare(
+                builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen
+            )
         tiles = _TILES
         if self.sorts_wet():
             tiles = _WET_LISTS
@@ -299,7 +301,7 @@ class TerrainSystem(System):
                 kind="compute",
                 system=name,
                 bind=lambda io: self._bind_wet(io, across, down),
-                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tile_depths", *_TILES),
+                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", *_WET_READS, *_TILES),
                 creates=tuple(
                     BufferSpec(name, 16 + 4 * across * down, help=f"dispatch and tiles of {text} ground")
                     for name, text in zip(_WET_LISTS, texts, strict=True)
@@ -343,15 +345,10 @@ class TerrainSystem(System):
         """Whether rivers and lakes are drawn: with the sea's passes, on ground that knows water."""
         return self._ground.params.rivers is not None and self.sorts_wet()
 
-    def _rivers(self) -> RiverTable:
-        rivers = self._ground.params.rivers
-        assert rivers is not None
-        return rivers
-
     def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
-        names = (*_TILES, *_WET_LISTS, "gbuffer.tile_depths")
-        places = (0, 1, DRY_BUFFER, WET_BUFFER, NEAR_DRY_BUFFER, NEAR_WET_BUFFER, 7)
+        names = (*_TILES, *_WET_LISTS, *_WET_READS)
+        places = (0, 1, DRY_BUFFER, WET_BUFFER, NEAR_DRY_BUFFER, NEAR_WET_BUFFER, 7, 4)
         buffers = [(place, io.buffer(name)) for place, name in zip(places, names, strict=True)]
         textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items() if name != "gbuffer.normal"]
         barrier = self._gpu.barrier
@@ -395,7 +392,7 @@ class TerrainSystem(System):
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
-            flags = (*dry, "LAND_WATER") if rivers is not None else dry
+            flags = ("LAND_WATER",) if rivers is not None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
             plain = self._shader(backend.shade_file, *flags)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))

@@ -2,8 +2,15 @@
 //   stirred   0 a lake's mirror .. 1 white water
 //   muddy     0 clear .. 1 as much sediment as large lowland rivers carry
 
-float land_water_encode(float stirred, float muddy) {
-    return (1.0 + 15.0 * floor(15.0 * clamp(muddy, 0.0, 1.0) + 0.5) + floor(14.0 * clamp(stirred, 0.0, 1.0) + 0.5))
+// Share of white water in the mean.
+float land_water_white(float stirred) {
+    return 0.38 * smoothstep(0.3, 1.1, stirred);
+}
+
+// dither: 0 .. 1, of the pixel: there are few steps.
+float land_water_encode(float stirred, float muddy, float dither) {
+    float up = clamp(dither, 0.01, 0.99);
+    return (1.0 + 15.0 * floor(15.0 * clamp(muddy, 0.0, 1.0) + up) + floor(14.0 * clamp(stirred, 0.0, 1.0) + up))
         / 255.0;
 }
 

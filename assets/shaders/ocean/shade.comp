@@ -140,7 +140,7 @@ vec3 sea_radiance(SeaPixel p) {
     foam = max(foam, shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
 #endif
 #ifdef OCEAN_LAND_WATER
-    foam = g_land_water ? land_water_foam() : foam;
+    foam = g_land_water ? land_water_foam(p.D, p.footprint_m) : foam;
 #endif
 #ifndef OCEAN_FAR
     foam = foam_pattern(p.D, p.footprint_m, foam);

@@ -1,11 +1,13 @@
-// An empty list of tiles.
+// Empty lists of tiles.
 #include "generated/bindings.glsl"
 
 layout(local_size_x = 1) in;
-layout(std430, binding = TILE_BUFFER) writeonly buffer TileBuffer { uint tile_groups[4]; uint tiles[]; };
+layout(std430, binding = TILE_BUFFER) writeonly buffer TileBuffer { uint groups[4]; uint tiles[]; } few_list;
+layout(std430, binding = 1) writeonly buffer WideBuffer { uint groups[4]; uint tiles[]; } wide_list;
 
 void main() {
-    tile_groups[0] = 0u;
-    tile_groups[1] = 1u;
-    tile_groups[2] = 1u;
+    for (int axis = 0; axis < 3; ++axis) {
+        few_list.groups[axis] = axis == 0 ? 0u : 1u;
+        wide_list.groups[axis] = axis == 0 ? 0u : 1u;
+    }
 }

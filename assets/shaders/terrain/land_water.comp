@@ -2,12 +2,17 @@
 // meets that water first. terrain/land_water.frag makes these pixels a part of the sea's surface; the others keep how
 // much water too narrow for a pixel covers them, and how wet they are (terrain/shade.comp). A workgroup a tile of
 // terrain/list_water.comp.
+//
+//   WATER_FAR    pixels so wide that what they show is as good as where their line of sight meets the water
+//   WATER_WIDE   tiles that too many lines pass for a list: each pixel asks those of its cell
+#include "common/dither.glsl"
 #include "common/land_water.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/spread.glsl"
 #include "terrain/water_place.glsl"
 #include "terrain/waters.glsl"
+#include "terrain/tile_waters.glsl"
 
 layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
@@ -21,6 +26,51 @@ const float FLATTEST_SINE = 0.03;   // of the view above the ground: what a pixe
 const float DAMP_M = 0.3;           // ground up to so high over the water is wet
 
 shared uint s_water;
+#ifndef WATER_WIDE
+// The tile's lines; as scalars and vectors, which software GPUs find sooner than structures.
+shared int s_count;
+shared ivec3 s_a[WATER_LINES];
+shared vec3 s_way[WATER_LINES];
+shared vec4 s_above[WATER_LINES], s_below[WATER_LINES];
+shared vec3 s_above_more[WATER_LINES], s_below_more[WATER_LINES];
+
+void take_lines(int record) {
+    int lane = int(gl_LocalInvocationIndex), count = water_lines[record * WATER_RECORD];
+    if (lane == 0) s_count = count;
+    if (lane < count) {
+        RiverEnds ends = river_ends_of(water_lines[record * WATER_RECORD + 1 + lane]);
+        s_a[lane] = ends.a;
+        s_way[lane] = ends.way;
+        s_above[lane] = ends.above;
+        s_below[lane] = ends.below;
+        s_above_more[lane] = ends.above_more;
+        s_below_more[lane] = ends.below_more;
+    }
+}
+#endif
+
+// What the water around a place is; nothing where it is not asked.
+LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
+    LandWater w = NO_LAND_WATER;
+    WaterSums sums = NO_WATER_SUMS;
+#ifdef WATER_WIDE
+    RiverPlace p = river_place(D);
+    int k = p.lines.x, end = asked ? p.lines.x + p.lines.y : 0;
+    float least = WATER_LEAST_PX * 0.5 * length(across);
+    if (k < end && river_packed_half_width(river_packed_line(k)) > least) do {
+        land_water_add(w, sums, river_line(river_ends(k), p), p, across, along);
+    } while (++k < end && river_packed_half_width(river_packed_line(k)) > least);
+#else
+    RiverPlace p = river_bent(river_unbent(D), D, RIVER_BENDS);
+    int k = 0;
+    if (asked && k < s_count) do {
+        RiverEnds ends = RiverEnds(s_a[k], s_way[k], s_above[k], s_below[k], s_above_more[k], s_below_more[k]);
+        land_water_add(w, sums, river_line(ends, p), p, across, along);
+    } while (++k < s_count);
+#endif
+    land_water_end(w, sums, p);
+    return w;
+}
 
 // What a pixel's sides cover of level ground.
 void pixel_sides(WaterPlace place, vec3 up, out vec3 across, out vec3 along) {
@@ -48,28 +98,29 @@ uvec4 pixel_of(ivec2 pixel) {
     WaterPlace place = water_place(pixel);
     vec3 up = up_at(place.point), across, along;
     pixel_sides(place, up, across, along);
-    RiverPlace p = river_place(place.D);
-    if (!place.open) p.lines.y = 0;
-    LandWater w = land_water(p, across, along);
+    LandWater w = water_around(place.D, place.open, across, along);
     bool water = w.beyond < 0.0 && w.wide;
     float share = 1.0;
     bool sunk = water && place.height - frame.anchor_height_m < w.level
         && frame.camera_altitude_m - frame.anchor_height_m > w.level;
     if (sunk) share = share_to_height(place.point, w.level);
-    // Depth and level where the surface is seen, if that is not far beside.
+    bool better = false;
+    LandWater there = w;
+#ifndef WATER_FAR
+    // Depth and level where the surface is seen.
     float drawn;
     vec3 D = foot_offset_of(share * place.point, drawn);
-    p = river_place(D);
-    if (!sunk) p.lines.y = 0;
-    LandWater there = land_water(p, across, along);
-    bool better = sunk && there.beyond < 0.0;
+    there = water_around(D, sunk, across, along);
+    better = sunk && there.beyond < 0.0;
     if (better) share = share_to_height(place.point, there.level);
+#endif
     float depth_m = better ? there.depth : w.depth;
     vec3 slope = better ? there.slope : w.slope;
     slope -= up * dot(up, slope);
     vec3 normal = normalize(up_at(share * place.point) - slope);
 
-    vec4 attributes = vec4(sea_depth_encode(depth_m / (depth_m + 16.0)), land_water_encode(w.stirred, w.muddy),
+    vec4 attributes = vec4(sea_depth_encode(depth_m / (depth_m + 16.0)), land_water_encode(w.stirred, w.muddy,
+        dither_noise(pixel).x + 0.5),
         texel_at(u_attributes, min(pixel, textureSize(u_surface, 0) - 1)).w);
     float width = max(length(across), 1e-3);
     float damp = smoothstep(DAMP_M, 0.3 * DAMP_M, w.above)
@@ -84,16 +135,23 @@ void main() {
     uint tile = tiles[spread_tiles()];
     ivec2 at = ivec2(tile & 0xffffu, tile >> 16), pixel = at * TILE_PX + ivec2(gl_LocalInvocationID.xy);
     if (gl_LocalInvocationIndex == 0u) s_water = 0u;
+#ifndef WATER_WIDE
+    take_lines(at.y * u_tiles.x + at.x);
+#endif
     memoryBarrierShared();
     barrier();
     uvec4 found = pixel_of(pixel);
     bool inside = all(lessThan(pixel, textureSize(u_surface, 0)));
     if (inside) imageStore(u_land_water_out, pixel, found);
-    if (inside && found.x != 0u) atomicOr(s_water, 1u);
+    if (inside && found.x != 0u) atomicOr(s_water, SURFACE_LAND_WATER);
+    if (inside && found.x == 0u && (found.y & 0xffffu) != 0u) atomicOr(s_water, SURFACE_WATER_ASHORE);
     memoryBarrierShared();
     barrier();
-    if (gl_LocalInvocationIndex == 0u && s_water != 0u) {
-        uint before = atomicOr(flags[at.y * u_tiles.x + at.x], 1u << SURFACE_SEA | SURFACE_LAND_WATER);
+    if (gl_LocalInvocationIndex != 0u) return;
+    int index = at.y * u_tiles.x + at.x;
+    if ((s_water & SURFACE_WATER_ASHORE) != 0u) atomicOr(flags[index], SURFACE_WATER_ASHORE);
+    if ((s_water & SURFACE_LAND_WATER) != 0u) {
+        uint before = atomicOr(flags[index], 1u << SURFACE_SEA | SURFACE_LAND_WATER);
         if ((before & (1u << SURFACE_SEA | SURFACE_ASKED)) == 0u)
             sea_tiles[atomicAdd(sea_groups[0], 1u)] = tile;
     }

@@ -1,6 +1,7 @@
 // Rivers too narrow for the picture's pixels, as a share of the ground in each: what terrain/land_water.comp found.
 #include "generated/bindings.glsl"
 #include "common/constants.glsl"
+#include "common/land_water.glsl"
 #include "common/surfaces.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
@@ -21,7 +22,7 @@ const float NARROW_VARIANCE = 0.006;   // of their slopes
 NarrowWater narrow_water(ivec2 pixel) {
     ivec2 size = textureSize(u_surface, 0), tile = pixel / TILE_PX;
     int across = (size.x + TILE_PX.x - 1) / TILE_PX.x;
-    bool asked = (flags[tile.y * across + tile.x] & SURFACE_WATER_ASKED) != 0u;
+    bool asked = (flags[tile.y * across + tile.x] & SURFACE_WATER_ASHORE) != 0u;
     uvec4 found = asked ? texelFetch(u_land_water, pixel, 0) : uvec4(0u);
     vec4 parts = found.x == 0u ? unpackUnorm4x8(found.y) : vec4(0.0);
     return NarrowWater(parts.x, parts.y, parts.z, parts.w);
@@ -33,7 +34,7 @@ vec3 narrow_water_light(NarrowWater water, vec3 point, vec3 zenith, vec3 view, v
     float mu = max(dot(view, zenith), 0.05), mu_sun = max(dot(sun, zenith), 0.0);
     float fresnel = 0.02 + 0.98 * pow(1.0 - mu, 5.0);
     vec3 albedo = mix(CLEAR_ALBEDO, MUDDY_ALBEDO, water.muddy * water.muddy);
-    albedo = mix(albedo, WHITE_ALBEDO, 0.75 * smoothstep(0.35, 1.0, water.stirred));
+    albedo = mix(albedo, WHITE_ALBEDO, land_water_white(water.stirred));
     vec3 below = albedo * (sunlight * mu_sun + skylight(point, zenith)) / PI;
     // The sun in facets whose slopes spread as a Gaussian (Cox and Munk 1954).
     float variance = NARROW_VARIANCE + 0.03 * water.stirred;

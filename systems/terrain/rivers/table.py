@@ -89,13 +89,9 @@ class RiverTable:
         return float(2.0 / (self.values[drawn, 4] - self.values[drawn, 3]).min()) if drawn.any() else 0.0
 
     @cached_property
-    def known_m(self) -> float:
-        """Each cell knows of all water so near to its places; infinite without any."""
-        drawn = np.flatnonzero(self.to >= 0)
-        a, b = self.values[drawn], self.values[self.to[drawn]]
-        half_width = np.maximum(a[:, 1], b[:, 1])
-        wet = half_width > 0.0
-        return float((np.minimum(a[:, 4], b[:, 4]) - half_width)[wet].min()) if wet.any() else math.inf
+    def half_width_m(self) -> NDArray[np.float32]:
+        """(N,) of the water of the lines that begin at nodes, at their wider end; 0 without a line or water."""
+        return _half_widths(self.to, self.values)
 
     @property
     def nbytes(self) -> int:
@@ -113,7 +109,15 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int) -> RiverTable:
     for k, column in enumerate((*columns, nodes.discharge_m3_s)):
         values[:, k] = column
     keys, begin, lines = _cells_of(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
+    # The widest first: who looks from afar leaves out the others.
+    wide = _half_widths(nodes.to, values)[lines]
+    lines = lines[np.lexsort((lines, -wide, np.repeat(np.arange(len(keys)), np.diff(begin))))]
     return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines)
+
+
+def _half_widths(to: Integers, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(N,) of the water of the lines that begin at nodes, at their wider end."""
+    return np.where(to >= 0, np.maximum(values[:, 1], values[to, 1]), np.float32(0.0))
 
 
 _CHUNK = 1 << 14

@@ -18,7 +18,7 @@ const vec3 FRESH_LOSS = vec3(0.06, 0.07, 0.16), FRESH_THROWN = vec3(0.004, 0.007
 const vec3 SILT_LOSS = vec3(1.3, 1.4, 2.1), SILT_THROWN = vec3(0.26, 0.22, 0.11);
 const vec3 STONES = vec3(0.72, 0.78, 0.85);   // the bed's albedo, as shares of the sea's sand
 // Variance of slopes: of a calm lake, of gusts on it, and of water that shoots.
-const float CALM_VARIANCE = 6e-4, GUST_VARIANCE = 3e-3, SHOOTING_VARIANCE = 0.03;
+const float CALM_VARIANCE = 1.2e-3, GUST_VARIANCE = 1.6e-3, SHOOTING_VARIANCE = 0.04;
 
 void land_water_set(float code) {
     vec2 found = land_water_decode(code);
@@ -39,7 +39,9 @@ vec4 land_water_rough(vec3 D, float footprint_m) {
     return vec4(0.5 * variance, 0.5 * variance, 0.0, 1.0);
 }
 
-// Share of white water.
-float land_water_foam() {
-    return 0.75 * smoothstep(0.35, 1.0, g_stirred);
+// Share of white water: where it shoots, in patches as wide as rapids, as far as a pixel shows them.
+float land_water_foam(vec3 D, float footprint_m) {
+    float share = land_water_white(g_stirred), seen = clamp(1.5 - footprint_m / 8.0, 0.0, 1.0);
+    float patches = share > 0.0 && seen > 0.0 ? 0.8 * sea_noise(D, 8) + 0.5 * sea_noise(D, 6) : 0.0;
+    return clamp(share * (1.0 + seen * 1.2 * patches), 0.0, 0.8);
 }
