@@ -25,7 +25,7 @@ __all__ = ["LAND_WATER", "LandWater"]
 LAND_WATER = "terrain.land_water"
 """Texture with what terrain/land_water.comp found of each pixel in tiles near water."""
 _TILES, _WIDE, _LINES = "terrain.tiles_water", "terrain.tiles_waters", "terrain.water_lines"
-_RECORD = 16
+_RECORD = 32
 """Numbers in _LINES by the tile: WATER_RECORD of terrain/tile_waters.glsl."""
 _FIND = "terrain/land_water.comp"
 _CORNERS = 6

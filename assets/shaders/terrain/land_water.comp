@@ -4,7 +4,7 @@
 // terrain/list_water.comp.
 //
 //   WATER_FAR    pixels so wide that what they show is as good as where their line of sight meets the water
-//   WATER_WIDE   tiles that too many lines pass for a list: each pixel asks those of its cell
+//   WATER_WIDE   tiles too wide for a list of lines: each pixel asks those of its cell
 #include "common/dither.glsl"
 #include "common/land_water.glsl"
 #include "common/octahedral.glsl"
@@ -49,24 +49,54 @@ void take_lines(int record) {
 }
 #endif
 
-// What the water around a place is; nothing where it is not asked.
+#ifdef WATER_WIDE
+RiverEnds ends_at(int k) { return river_ends(k); }
+#else
+RiverEnds ends_at(int k) {
+    return RiverEnds(s_a[k], s_way[k], s_above[k], s_below[k], s_above_more[k], s_below_more[k]);
+}
+#endif
+
+// What the water around a place is; nothing where it is not asked. From afar the nearest line stands for all.
 LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
     LandWater w = NO_LAND_WATER;
     WaterSums sums = NO_WATER_SUMS;
 #ifdef WATER_WIDE
     RiverPlace p = river_place(D);
-    int k = p.lines.x, end = asked ? p.lines.x + p.lines.y : 0;
+    int begin = p.lines.x, k = begin, end = asked ? p.lines.x + p.lines.y : begin;
     float least = WATER_LEAST_PX * 0.5 * length(across);
-    if (k < end && river_packed_half_width(river_packed_line(k)) > least) do {
-        land_water_add(w, sums, river_line(river_ends(k), p), p, across, along);
-    } while (++k < end && river_packed_half_width(river_packed_line(k)) > least);
+    end = k < end && river_packed_half_width(river_packed_line(k)) > least ? end : begin;
+#define NEXT_LINE (++k < end && river_packed_half_width(river_packed_line(k)) > least)
 #else
-    RiverPlace p = river_bent(river_unbent(D), D, RIVER_BENDS);
-    int k = 0;
-    if (asked && k < s_count) do {
-        RiverEnds ends = RiverEnds(s_a[k], s_way[k], s_above[k], s_below[k], s_above_more[k], s_below_more[k]);
-        land_water_add(w, sums, river_line(ends, p), p, across, along);
-    } while (++k < s_count);
+    int octaves = RIVER_BENDS;
+#ifdef WATER_FAR
+    // Short bends move a line by less than a quarter of a wide pixel.
+    octaves = 4.0 * terrain_table.rivers.bends[1].value < length(across) ? 1 : octaves;
+#endif
+    RiverPlace p = river_bent(river_unbent(D), D, octaves);
+    int begin = 0, k = 0, end = asked ? s_count : 0;
+#define NEXT_LINE (++k < end)
+#endif
+#ifdef WATER_FAR
+    float coverage = 0.0, nearest = WATER_NOWHERE_M;
+    int best = begin;
+    if (k < end) do {
+        RiverLine line = river_line(ends_at(k), p);
+        float beyond = line.d - line.section.y;
+        coverage = max(coverage, water_share_of(line, water_reach_of(line, p, across, along)));
+        best = beyond < nearest ? k : best;
+        nearest = min(nearest, beyond);
+    } while (NEXT_LINE);
+    bool any = end > begin;
+    RiverEnds ends = ends_at(best);
+    ends.above.y = any ? ends.above.y : 0.0;
+    ends.below.y = any ? ends.below.y : 0.0;
+    land_water_add(w, sums, river_line(ends, p), p, across, along);
+    w.coverage = coverage;
+#else
+    if (k < end) do {
+        land_water_add(w, sums, river_line(ends_at(k), p), p, across, along);
+    } while (NEXT_LINE);
 #endif
     land_water_end(w, sums, p);
     return w;

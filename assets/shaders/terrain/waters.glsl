@@ -53,7 +53,21 @@ const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false,
     0.0);
 const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
 
-// Adds a line. across, along: a pixel's sides on the ground, m.
+// Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
+// m.
+float water_reach_of(RiverLine line, RiverPlace p, vec3 across, vec3 along) {
+    vec3 apart = line.away * p.turned;
+    return 0.5 * max(abs(dot(across, apart)) + abs(dot(along, apart)), 1e-3);
+}
+
+float water_share_of(RiverLine line, float reach) {
+    float half_width = line.section.y;
+    float counted = min(half_width * WATER_WIDENED, max(half_width, sqrt(half_width * 0.25 * reach)));
+    return smoothstep(WATER_LEAST_PX, WATER_FADES_PX, half_width / reach)
+        * water_coverage(line.d, counted, reach);
+}
+
+// Adds a line.
 void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, RiverPlace p, vec3 across, vec3 along) {
     float half_width = line.section.y, deep = line.section.z, wet = half_width > 0.0 ? 1.0 : 0.0;
     float share = wet * terrain_river_share(line.d, half_width, line.reach,
@@ -64,12 +78,8 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     sums.total += share;
     sums.levels += share * (line.section.x - sums.first);
     w.depth = max(w.depth, wet * -section);
-    // Half a pixel's reach at right angles to the line, in the line's metres.
-    vec3 apart = line.away * p.turned;
-    float reach = 0.5 * max(abs(dot(across, apart)) + abs(dot(along, apart)), 1e-3);
-    float counted = min(half_width * WATER_WIDENED, max(half_width, sqrt(half_width * 0.25 * reach)));
-    float shown = smoothstep(WATER_LEAST_PX, WATER_FADES_PX, half_width / reach);
-    w.coverage = max(w.coverage, shown * water_coverage(line.d, counted, reach));
+    float reach = water_reach_of(line, p, across, along);
+    w.coverage = max(w.coverage, water_share_of(line, reach));
     float beyond = wet > 0.0 ? line.d - half_width : WATER_NOWHERE_M, apart_m = max(beyond, 0.0);
     float fall = length(line.along) * max(-line.section_step.x, 0.0);
     float speed = min(line.discharge / max(1.333 * half_width * deep, 1e-3), 5.0) * (1.0 - line.lake);
