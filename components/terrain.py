@@ -81,6 +81,35 @@ class Terrain:
         group="craters",
     )
 
+    erosion: float = knob(
+        0.0,
+        0.0,
+        1.0,
+        "",
+        "How far water has drawn gullies down steep ground, in place of lumps; 0: none",
+        cost="a vertex takes 1.5 times as long",
+        group="rivers",
+    )
+    rivers: float = knob(
+        0.0,
+        0.0,
+        1.0,
+        "",
+        "Water of rivers and lakes, whose valleys carve the ground; 1: what the rain gives, 0: none",
+        cost="a vertex takes 1.5 times as long, 40 MB; the first start of a planet solves them for 20 s",
+        group="rivers",
+    )
+    drainage_cells: int = knob(
+        3_538_944,
+        1536,
+        14_155_776,
+        "",
+        "Cells of the planet on which rivers find their way: 12 km wide on Earth, a million of them land",
+        cost="time to solve rivers grows with it",
+        log=True,
+        group="rivers",
+    )
+
     height_map: str = knob(
         "",
         help="Heights all around: a PNG of 16 bits, EXR or GeoTIFF, equirectangular, or a folder of six faces",

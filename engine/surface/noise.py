@@ -188,7 +188,7 @@ class Corners:
     def _few_weights(self) -> Floats:
         """The weight of each corner (8, K, N), for small batches."""
         if self._weights is None:
-            w = np.subtract(_FAR_SIDES, _quintic(self.fraction)[:, None], out=np.empty(self.gradients.shape))
+            w = np.subtract(_FAR_SIDES, quintic(self.fraction)[:, None], out=np.empty(self.gradients.shape))
             np.abs(w, out=w)
             product = w[0]
             product *= w[1]
@@ -222,7 +222,7 @@ class Corners:
         for side, dx in ((0, f[0]), (1, e[0])):
             np.multiply(g[0, side::2], dx, out=t)
             dot[side::2] += t
-        out = _interpolate(dot, _quintic(f, scratch), scratch)
+        out = _interpolate(dot, quintic(f, scratch), scratch)
         out *= _SCALE
         return out
 
@@ -234,13 +234,13 @@ class Corners:
             out *= _SCALE
             return out
         scratch = self._scratch or Scratch()
-        u = _quintic(f, scratch)
+        u = quintic(f, scratch)
         return np.stack([_interpolate(g, u, scratch) for g in self.gradients]) * GRADIENT_SCALE
 
     def noise_derivative(self) -> tuple[Floats, Floats]:
         """Gradient noise (K, N) and its derivative by the lattice coordinate (3, K, N)."""
         f, g = self.fraction, self.gradients
-        u, du = _quintic(f), _quintic_slope(f)
+        u, du = quintic(f), quintic_slope(f)
         d = np.stack([f, f - 1.0])
         dot = np.empty(g.shape[1:])
         for c in range(8):
@@ -250,9 +250,33 @@ class Corners:
             slope[axis] += _interpolate(g[axis], u)
         return value * GRADIENT_SCALE, slope * GRADIENT_SCALE
 
+    def noise_hessian(self) -> Floats:
+        """Second derivatives (3, 3, K, N) of gradient noise by the lattice coordinate."""
+        f = self.fraction
+        u, du = quintic(f), quintic_slope(f)
+        ddu = 60.0 * f * (f * (2.0 * f - 3.0) + 1.0)
+        total = np.zeros((3, 3, *f.shape[1:]))
+        for corner in range(8):
+            side = np.array([corner & 1, corner >> 1 & 1, corner >> 2], dtype=np.float64).reshape(3, 1, 1)
+            sign = 2.0 * side - 1.0
+            w, dw, ddw = 1.0 - side + sign * u, sign * du, sign * ddu
+            g = self.gradients[:, corner] * GRADIENT_SCALE
+            value = (g * (f - side)).sum(axis=0)
+            by = np.stack([dw[0] * w[1] * w[2], w[0] * dw[1] * w[2], w[0] * w[1] * dw[2]])
+            for a in range(3):
+                for b in range(a, 3):
+                    if a == b:
+                        second = ddw[a] * w[(a + 1) % 3] * w[(a + 2) % 3]
+                    else:
+                        second = dw[a] * dw[b] * w[3 - a - b]
+                    total[a, b] += by[a] * g[b] + g[a] * by[b] + second * value
+        for a, b in ((0, 1), (0, 2), (1, 2)):
+            total[b, a] = total[a, b]
+        return total
+
     def vector_derivative(self) -> tuple[Floats, Floats]:
         """Vector value noise (3, K, N) and its Jacobian [component, axis] (3, 3, K, N) by the lattice coordinate."""
-        u, du = _quintic(self.fraction), _quintic_slope(self.fraction)
+        u, du = quintic(self.fraction), quintic_slope(self.fraction)
         parts = [_interpolate_slopes(g, u, du) for g in self.gradients]
         return np.stack([p[0] for p in parts]) * GRADIENT_SCALE, np.stack([p[1] for p in parts]) * GRADIENT_SCALE
 
@@ -265,7 +289,7 @@ _FAR_SIDES = 1.0 - _SIDES
 _SIDE_STEPS = _SIDES.reshape(3, 8, 1).astype(np.uint32) * _MUL
 
 
-def _quintic(f: Floats, scratch: Scratch | None = None) -> Floats:
+def quintic(f: Floats, scratch: Scratch | None = None) -> Floats:
     """6 f^5 - 15 f^4 + 10 f^3, as the odd polynomial that it is around 1/2."""
     t = f - _HALF
     square = t * t if scratch is None else np.multiply(t, t, out=scratch.array("t", f.shape))
@@ -278,7 +302,7 @@ def _quintic(f: Floats, scratch: Scratch | None = None) -> Floats:
     return u
 
 
-def _quintic_slope(f: Floats) -> Floats:
+def quintic_slope(f: Floats) -> Floats:
     return 30.0 * f * f * (f * (f - 2.0) + 1.0)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Ocean, Planet, Terrain
-from ..systems.terrain.drainage.climate import ClimateParams
+from ..systems.terrain.drainage.climate import climate_params
 from ..systems.terrain.drainage.network import CELLS, Network
 from ..systems.terrain.drainage.stored import network_of
 from ..systems.terrain.height import TerrainParams
@@ -64,17 +64,12 @@ class River:
         return self.path[-1]
 
 
-def climate_params(terrain: Terrain, sea: bool = True) -> ClimateParams:
-    """What the rain depends on, beside heights: nothing rains on a planet without Ocean."""
-    return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, sea)
-
-
 def network_below(planet: Parts, cells: int = CELLS, progress: Callable[[float], None] | None = None) -> Network:
     """The rivers of a scene's planet; solved, or from the user's cache folder."""
     terrain, shape = planet.get(Terrain), planet.get(Planet)
     if terrain is None or shape is None:
         raise ValueError("drainage: the planet has no Terrain, so there is nothing that water could run down")
-    params = TerrainParams.from_component(terrain, shape.radius_m)
+    params = TerrainParams.uncarved(terrain, shape.radius_m)
     return network_of(params, climate_params(terrain, planet.get(Ocean) is not None), cells, progress)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +34,11 @@ class TerrainSampler:
     Bad input (wrong shape, NaN, a zero direction) is a ValueError that names the argument and the index.
     """
 
-    def __init__(self, scene: Scene, planet: PlanetHandle | str | None = None, *, drainage_cells: int = CELLS) -> None:
+    def __init__(
+        self, scene: Scene, planet: PlanetHandle | str | None = None, *, drainage_cells: int | None = None
+    ) -> None:
         """scene: anything with planet[Planet] and planet[Terrain]. planet: one of scene.planets, or its
-        name, instead of that. drainage_cells: of the whole planet, for `drainage`."""
+        name, instead of that. drainage_cells: of the whole planet, for `drainage`; the terrain's own by default."""
         if isinstance(planet, str) and planet in getattr(scene, "planets", ()):
             planet = scene.planets[planet]
         handle = getattr(scene, "planet", None) if planet is None else planet
@@ -54,8 +57,9 @@ class TerrainSampler:
         validate = getattr(scene, "validate", None)
         if validate is not None:
             validate()  # no ground that a renderer would refuse to draw
-        self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m))
-        self._climate, self._drainage_cells = climate_params(terrain, _has_ocean(handle)), drainage_cells
+        sea = _has_ocean(handle)
+        self._field = TerrainField(TerrainParams.from_component(terrain, handle[Planet].radius_m, sea))
+        self._climate, self._drainage_cells = climate_params(terrain, sea), drainage_cells or terrain.drainage_cells
 
     @classmethod
     def from_params(cls, params: TerrainParams) -> TerrainSampler:
@@ -131,7 +135,7 @@ class TerrainSampler:
 
     @cached_property
     def _network(self) -> Network:
-        return network_of(self._field.params, self._climate, self._drainage_cells)
+        return network_of(replace(self._field.params, rivers=None), self._climate, self._drainage_cells)
 
     def patch_cells(self, directions: ArrayLike, size_m: float, spacing_m: float) -> NDArray[np.int64]:
         """Which aligned patches hold directions (N, 3): rows (face, level, i, j) (N, 4), as in TerrainPatch.cell.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING, Protocol
 
-from ..components import Planet, Terrain
+from ..components import Ocean, Planet, Terrain
 from ..engine.settings import revision
 from ..errors import SceneError
 from .handle import Parts
@@ -34,21 +34,26 @@ class HeightFields:
     """Height fields by the planet's entity."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[tuple[int, int], HeightField]] = {}
+        self._known: dict[int, tuple[tuple[object, ...], HeightField]] = {}
 
     def of(self, planet: Ground) -> HeightField | None:
         """As `Scene.height_field`."""
         terrain = planet.get(Terrain)
         if terrain is None:
             return None
-        stamp = (revision(terrain), revision(planet.planet, "radius_m"))
+        from ..systems.terrain.rivers.source import source
+
+        sea = planet.get(Ocean) is not None
+        solved = source.finished if terrain.rivers > 0.0 else 0
+        stamp = (revision(terrain), revision(planet.planet, "radius_m"), sea, solved)
         known = self._known.get(planet.entity)
         if known is not None and known[0] == stamp:
             return known[1]
         from ..systems.terrain.height import TerrainField, TerrainParams
 
+        before = known[1].params if known is not None and isinstance(known[1], TerrainField) else None
         try:
-            params = TerrainParams.from_component(terrain, planet.radius_m)
+            params = TerrainParams.from_component(terrain, planet.radius_m, sea, before)
         except ValueError as error:
             if known is not None:
                 log.error("Terrain stays as it was: %s", error)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from ...engine.surface.noise import Lattice, octave_offset
 from .craters import Craters, craters_of
+from .gullies import FIRST_GULLY
 from .height_map import roughness_factor
 from .height_params import TerrainParams
 from .height_steps import RIDGE_SLOPE
@@ -130,6 +131,11 @@ class Model:
         """Distance of the height map's samples."""
         found = self.params.height_map
         return found.sample_rad * self.params.radius_m if found else 0.0
+
+    @property
+    def gullied(self) -> bool:
+        """Whether any of its relief follows the slope."""
+        return self.params.erosion > 0.0 and self.layers > FIRST_GULLY
 
     @property
     def relief_slope(self) -> float:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.surface.noise import Scratch
-from .height_map import map_gradients, map_values, slopes_at
+from .height_added import added_gradients, added_heights
+from .height_eroded import eroded_gradients, eroded_noises
+from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, Model, build_model, continent_weights
 from .height_params import TerrainParams
 from .height_steps import layer_weight, ridge, ridge_slope
@@ -41,7 +42,7 @@ def heights(points: Floats, model: Model) -> Floats:
 
 def _uncarved(points: Floats, model: Model) -> Floats:
     w1, c, b, shapes, z = noises(points, model)
-    added, rougher = _added(points, model)
+    added, rougher = added_heights(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
@@ -67,20 +68,6 @@ def anchor_ground(
     return fields, np.array(shapes), float(ranges_m), added_m, map_m, craters_m, ground_m
 
 
-MOST_ROUGH = 1.2  # vertices hand on up to 1.3
-
-
-def _added(points: Floats, model: Model) -> tuple[Floats | float, Floats | float]:
-    """Metres that craters and map add at points (3, N), and the map's own roughness; 0.0 where there are none."""
-    added: Floats | float = model.craters.heights(points) if model.craters else 0.0
-    rougher: Floats | float = 0.0
-    if model.params.height_map:
-        height, differences = map_values(model.params.height_map, points)
-        added = added + height
-        rougher = np.minimum(model.map_roughness * differences, MOST_ROUGH)
-    return added, rougher
-
-
 def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     """Heights (N,) at points (3, N), and slopes (N,) that the ground about there hardly ever exceeds.
 
@@ -90,7 +77,7 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     w1, c, b, shapes, z = noises(points, model)
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
-    added, rougher = _added(points, model)
+    added, rougher = added_heights(points, model)
     rough = rough + rougher
     slope = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land + model.relief_slope * rough
     if model.craters:
@@ -98,9 +85,9 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     if model.params.height_map:
         slope += slopes_at(model.params.height_map, points, model.params.radius_m)
     height = limit(k, base + rough * z + added)
-    if model.params.rivers is None:
-        return height, slope
     table = model.params.rivers
+    if table is None:
+        return height, slope
     cut = valleys(table, points)
     carved = carve(height, cut.base_m, cut.open, cut.raised)
     there = (cut.open < 1.0) | (cut.raised > 0.0)
@@ -114,6 +101,10 @@ STEEPEST_BANK = 0.6
 
 def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """w1 (3, N), c and b (N,), both parts of s (2, N), and z (N,) at points (3, N)."""
+    return eroded_noises(points, model) if model.gullied else _noises(points, model)
+
+
+def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     corners = model.unwarped.cells(points, _SCRATCH)
     w = corners.part(_WARPS).vector()
     count, layers = points.shape[1], model.warped_layers
@@ -173,6 +164,8 @@ def ridge_layers(n: Floats, shares: Floats) -> Floats:
 
 def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
     """Heights (N,) and 3D gradients (3, N) of the field at points (3, N), forward by the chain rule."""
+    if model.gullied:
+        return eroded_gradients(points, model, footprint_m)
     k = model.constants
     corners = model.unwarped.cells(points)
     w, jacobian = corners.part(slice(0, 2)).vector_derivative()
@@ -206,7 +199,7 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     sums = model.sums @ v
     z_seen = model.amplitude_m @ (weight * v)
     d_sums = np.einsum("sk,akn->san", model.sums, dn_layers)
-    added, d_added, rougher, d_rougher = _added_gradients(points, model, footprint_m)
+    added, d_added, rougher, d_rougher = added_gradients(points, model, footprint_m)
     heights, *by, _ = surface_slopes(k, *w[:, 0], c, b, *sums, added, rougher, z_seen)
     changes = (*jacobian[:, :, 0], dc, db, *d_sums, d_added, d_rougher)
     total = np.zeros_like(d_added)
@@ -220,18 +213,6 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
         total = total + slope * change
     return heights, total
-
-
-def _added_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Any, Any, Any, Any]:
-    """`_added`, each followed by its gradient (3, N)."""
-    added, d_added = model.craters.heights_gradients(points, footprint_m) if model.craters else (0.0, 0.0)
-    found = model.params.height_map
-    if found is None:
-        return added, d_added, 0.0, 0.0
-    height, slope, rough, d_rough = map_gradients(found, points, model.params.radius_m, footprint_m)
-    rough, d_rough = model.map_roughness * rough, model.map_roughness * d_rough
-    below = rough < MOST_ROUGH
-    return added + height, d_added + slope, np.where(below, rough, MOST_ROUGH), np.where(below, d_rough, 0.0)
 
 
 def _weights(model: Model, footprint_m: Floats | None, count: int) -> Floats:
@@ -251,7 +232,7 @@ def calibrate(model: Model) -> Model:
     longitude = np.pi * (1.0 + 5.0**0.5) * i  # a Fibonacci lattice: equal areas
     flat = np.sqrt(1.0 - z * z)
     points = np.stack([np.cos(longitude) * flat, np.sin(longitude) * flat, z]) * model.params.radius_m
-    parts = [noises(points[:, a : a + BLOCK], model) for a in range(0, count, BLOCK)]
+    parts = [_noises(points[:, a : a + BLOCK], model) for a in range(0, count, BLOCK)]
     _SCRATCH.clear()  # 8 MB, and most programs ask for single places from here on
     w1, c, b, shapes, relief = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
     share, deviation = model.params.land_share, float(c.std())

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ...engine.surface.map_files import MapError
+from .drainage.climate import climate_params
 from .height_map import HeightMap, height_map
+from .rivers.source import RiverKey, source
 from .rivers.table import RiverTable
 
 __all__ = ["TerrainParams"]
@@ -24,6 +26,7 @@ KNOBS = (
     "crater_largest_m",
     "height_map_blend",
     "height_map_detail",
+    "erosion",
 )
 RANGES = {
     "layers": (1, 16),
@@ -38,6 +41,7 @@ RANGES = {
     "crater_largest_m": (1.0, 2e6),
     "height_map_blend": (0.0, 1.0),
     "height_map_detail": (0.0, 4.0),
+    "erosion": (0.0, 1.0),
 }
 
 
@@ -60,6 +64,7 @@ class TerrainParams:
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
         samples is, 1 going on as the map itself. colored: a colour map says what the ground looks like.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
+    erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
     rivers: lines that carve the ground (systems/terrain/rivers/).
     """
 
@@ -81,6 +86,7 @@ class TerrainParams:
     height_map_blend: float = 0.0
     height_map_detail: float = 1.0
     colored: bool = False
+    erosion: float = 0.0
     rivers: RiverTable | None = None
 
     def __post_init__(self) -> None:
@@ -113,11 +119,25 @@ class TerrainParams:
         object.__setattr__(self, "lowest_m", min(self.lowest_m, low - room))
 
     @staticmethod
-    def from_component(terrain: Any, radius_m: float) -> TerrainParams:
+    def from_component(
+        terrain: Any, radius_m: float, sea: bool = True, before: TerrainParams | None = None
+    ) -> TerrainParams:
         """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults.
 
-        Reads the height map, if it names one.
+        Reads the height map, if it names one, and solves the rivers, if there are to be any. sea: whether the planet
+        has an Ocean; without one nothing rains. before: the ground so far, whose rivers stay while new ones are solved
+        in the background (rivers/source.py).
         """
+        found = TerrainParams.uncarved(terrain, radius_m)
+        strength = float(getattr(terrain, "rivers", 0.0))
+        if strength <= 0.0:
+            return found
+        key = RiverKey(found, climate_params(terrain, sea), int(terrain.drainage_cells), strength)
+        return replace(found, rivers=source.now(key) if before is None else source.soon(key, before.rivers))
+
+    @staticmethod
+    def uncarved(terrain: Any, radius_m: float) -> TerrainParams:
+        """`from_component` without rivers."""
         path, range_m = getattr(terrain, "height_map", ""), getattr(terrain, "height_map_range_m", None)
         if range_m is not None and not range_m[0] < range_m[1]:
             raise MapError(

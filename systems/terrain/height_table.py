@@ -13,9 +13,10 @@ from ...engine.blocks.layout import IVec2, IVec3, StructLayout, Vec2, Vec3, arra
 from ...engine.made_shaders import made_shader
 from ...engine.surface.cube_map import face_planes
 from ...engine.surface.noise import Lattice
-from . import crater_form, height_steps
+from . import crater_form, gullies, height_steps
 from .crater_form import CraterShape
 from .craters import MOST_OCTAVES, Craters
+from .height_added import MOST_ROUGH
 from .height_map import LEVEL_SAMPLES
 from .height_model import (
     FIELDS,
@@ -26,7 +27,7 @@ from .height_model import (
     TerrainConstants,
     continent_weights,
 )
-from .height_octaves import MOST_ROUGH, anchor_ground, heights, model_of
+from .height_octaves import anchor_ground, heights, model_of
 from .height_params import TerrainParams
 from .height_surface import carve, shader
 from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
@@ -150,6 +151,7 @@ class TerrainTable:
     map_faces: Annotated[Any, array(TerrainMapFace, 6)]
     color: TerrainColorMap
     rivers: TerrainRivers
+    erosion: Annotated[float, "share of relief that is gullies where it is steep"]
     constants: TerrainConstants
     wide_warp: Annotated[TerrainWarp, "w1"]
     narrow_warp: Annotated[TerrainWarp, "w2"]
@@ -175,6 +177,7 @@ def table_shader() -> str:
 
 
 made_shader("generated/terrain_table.glsl", table_shader)
+made_shader("generated/terrain_gully_numbers.glsl", gullies.shader)
 made_shader("generated/terrain_steps.glsl", height_steps.shader)
 made_shader("generated/terrain_surface.glsl", shader)
 made_shader("generated/terrain_crater_form.glsl", crater_form.shader)
@@ -198,6 +201,7 @@ def octave_table(
     table["fixed_unit_m"] = unit_m = 2.0 ** (np.floor(np.log2(model.params.radius_m)) - 22)
     table["layer_count"], table["warped_layers"] = model.layers, model.warped_layers
     table["constants"] = astuple(model.constants)
+    table["erosion"] = model.params.erosion
 
     values = np.zeros((2, 3))
     if point.any():  # else whole warps, not differences

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 
 from ...engine.surface.noise import Lattice
 from .crater_paths import rest_m
+from .height_added import MOST_ROUGH
 from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
-from .height_octaves import BLOCK, MOST_ROUGH, noises, ridge_layers
+from .height_octaves import BLOCK, noises, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
 from .height_surface import hypsometry_slope, surface_parts
 

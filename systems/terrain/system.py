@@ -46,12 +46,17 @@ from .land_water import LAND_WATER, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
+from .rivers.source import source
 from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "color_map"),
+    *("rivers", "drainage_cells"),
 )
+_WAIT_S = 0.2
+_CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
+"""What rivers follow from as well."""
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
 _WET_READS = ("gbuffer.tile_depths", "gbuffer.tile_flags")
@@ -72,6 +77,8 @@ class _Components(NamedTuple):
     colours: int
     planet: int
     body: int
+    sea: bool
+    solved: int
 
 
 class TerrainSystem(System):
@@ -144,7 +151,8 @@ class TerrainSystem(System):
     def _refresh_field(self, world: World, planet: int, settings: Settings) -> None:
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         colours = revision(terrain)
-        changes = _Components(id(terrain), colours, id(body), revision(body))
+        sea = bool(world.query(Ocean))
+        changes = _Components(id(terrain), colours, id(body), revision(body), sea, source.finished)
         if changes == self._changes:
             return
         if colours != self._colour_revision:
@@ -153,12 +161,16 @@ class TerrainSystem(System):
             self._use_method(self._component.backend, self._component.method)
         self._changes = changes
         # Colours change often while somebody tunes them; only the shape asks for new cells and vertices.
-        stamp = GroundRevision(id(terrain), revision(terrain, *_SHAPE), revision(body, "radius_m"))
+        rained = self._component.rivers > 0.0
+        shape = (*_SHAPE, *_CLIMATE) if rained else _SHAPE
+        solved = (sea, source.finished) if rained else None
+        stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"), solved)
         if stamp == self._field_revision:
             return
+        before = self._ground.params if self._field_revision is not None else None
         self._field_revision = stamp
         try:
-            params = TerrainParams.from_component(self._component, body.radius_m)
+            params = TerrainParams.from_component(self._component, body.radius_m, sea, before)
             color = color_cube(self._component.color_map, self._nm) if self._component.color_map else None
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.
@@ -176,6 +188,7 @@ class TerrainSystem(System):
             "MAPPED": params.height_map is not None,
             "COLORED": params.colored,
             "RIVERS": params.rivers is not None,
+            "ERODED": params.erosion > 0.0,
         }
         shaders = self._gpu.shaders
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
@@ -423,12 +436,19 @@ class TerrainSystem(System):
         return run
 
     def settled(self, view: View) -> bool:
-        return self.backend.settled(view)
+        return self.backend.settled(view) and not self._solving()
+
+    def _solving(self) -> bool:
+        """Whether rivers of the ground are still being solved."""
+        return self._component.rivers > 0.0 and source.pending()
 
     def progress(self, view: View) -> float:
-        return self.backend.progress(view)
+        # Whoever waits for pictures to settle need not draw while rivers are solved.
+        return 0.5 * source.progress(_WAIT_S) if self._solving() else self.backend.progress(view)
 
     def refining(self, view: View) -> str:
+        if self._solving():
+            return "rivers"
         return "" if self.backend.settled(view) else f"ground {100.0 * self.backend.progress(view):.0f} %"
 
     def statistics(self) -> dict[str, int]:

@@ -3,6 +3,7 @@
 //
 //   TERRAIN_CRATERED, TERRAIN_MAPPED   the height function may have craters, a height map
 //   TERRAIN_RIVERS                     rivers carve the ground
+//   TERRAIN_ERODED                     some of its relief is gullies
 //   TERRAIN_COLORED                    the ground may have a colour map
 //   TERRAIN_SOURCES_CHOSEN             whoever compiles has said so already (measurements)
 #ifndef TERRAIN_SOURCES_CHOSEN

@@ -8,10 +8,36 @@ void terrain_far_fields(int o, vec3 far, inout vec2 fields) {
     } while (++o < TERRAIN_FIELDS);
 }
 
-// Adds layer i, whose noise is n: a and b of the ranges, metres of relief.
-void terrain_far_layer(int i, float n, float spacing_m, inout vec2 shape, inout float z) {
+#ifdef TERRAIN_ERODED
+#define TERRAIN_FAR_GULLIES , inout Gullies gullies
+#define TERRAIN_FAR_GULLIES_OF(t) , t
+
+// A layer's value, v without gullies, at the place that its lattice is asked at.
+float terrain_far_gully(int i, float v, vec3 at, inout Gullies gullies) {
+    TerrainLayer layer = terrain_table.layers[i];
+    // Others look at the first one's cells and keep what they have.
+    bool own = i >= GULLY_FIRST && i < GULLY_END;
+    if (own) {
+        ivec3 cell;
+        vec3 fraction;
+        terrain_place(layer.lattice, at, cell, fraction);
+        Gully gully = gully_layer(cell, fraction, layer.lattice.wavelength_m, layer.amplitude_m, mat3(1.0), gullies);
+        v = mix(v, gully.wave, gully.share);
+    }
+    return v;
+}
+#else
+#define TERRAIN_FAR_GULLIES
+#define TERRAIN_FAR_GULLIES_OF(t)
+#endif
+
+// Adds layer i, whose noise is n, asked at a place: a and b of the ranges, metres of relief.
+void terrain_far_layer(int i, float n, vec3 at, float spacing_m, inout vec2 shape, inout float z TERRAIN_FAR_GULLIES) {
     TerrainLayer layer = terrain_table.layers[i];
     n = terrain_ridge(n, layer.ridge);
+#ifdef TERRAIN_ERODED
+    n = terrain_far_gully(i, n, at, gullies);
+#endif
     bool ranges = i < TERRAIN_SHAPE_LAYERS;
     shape += (ranges ? layer.range_weight * n : 0.0) * (i < TERRAIN_GATING_LAYERS ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
 #ifdef TERRAIN_MAPPED
@@ -23,13 +49,15 @@ void terrain_far_layer(int i, float n, float spacing_m, inout vec2 shape, inout 
 }
 
 // Adds the layers from i on that the spacing can show.
-void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 shape, inout float z) {
+void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 shape, inout float z
+    TERRAIN_FAR_GULLIES) {
     int layers = terrain_table.layer_count, warped = terrain_table.warped_layers;
     int shapes = min(TERRAIN_SHAPE_LAYERS, layers);
     int end = min(max(terrain_layers_above(0.0625 * spacing_m), shapes), layers);
     if (i < end) do {
-        terrain_far_layer(i, terrain_noise_value(terrain_table.layers[i].lattice, i < warped ? near : D),
-            spacing_m, shape, z);
+        vec3 at = i < warped ? near : D;
+        terrain_far_layer(i, terrain_noise_value(terrain_table.layers[i].lattice, at), at, spacing_m, shape,
+            z TERRAIN_FAR_GULLIES_OF(gullies));
     } while (++i < end);
 }
 
@@ -46,6 +74,23 @@ float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 sh
     return h;
 }
 
+#ifdef TERRAIN_ERODED
+// Which way is down there; w1 and fields in whole.
+Gullies terrain_far_gullies(vec3 D, vec3 near, mat3 to_near, float spacing_m, vec3 w1, vec2 fields) {
+    TerrainSources sources;
+    float added = terrain_table.anchor.added_m + terrain_sources(D, spacing_m, sources);
+#ifdef TERRAIN_RIVERS
+    TerrainCut cut = terrain_cut(D);
+#endif
+    return terrain_gullies(near, to_near, terrain_table.up + D / terrain_table.radius_m, w1, fields, added,
+        sources.rougher,
+#ifdef TERRAIN_RIVERS
+        cut,
+#endif
+        terrain_layers_above(0.0625 * spacing_m));
+}
+#endif
+
 // D and spacing_m as terrain_point has them; metres above the reference sphere.
 float terrain_far_height(vec3 D, float spacing_m) {
     mat3 unused;
@@ -56,6 +101,9 @@ float terrain_far_height(vec3 D, float spacing_m) {
     vec2 fields = vec2(0.0), shape = vec2(0.0);
     terrain_far_fields(0, far, fields);
     float z = 0.0;
-    terrain_far_layers(0, D, near, spacing_m, shape, z);
+#ifdef TERRAIN_ERODED
+    Gullies gullies = terrain_far_gullies(D, near, mat3(1.0), spacing_m, w1, fields);
+#endif
+    terrain_far_layers(0, D, near, spacing_m, shape, z TERRAIN_FAR_GULLIES_OF(gullies));
     return terrain_far_surface(D, spacing_m, w1, fields, shape, z);
 }

@@ -17,10 +17,17 @@ struct GroundDetail {
 };
 
 const int DETAIL_MOST = 28;
+#ifdef TERRAIN_ERODED
+const float DETAIL_WAVE = 0.28 / (0.71 * GULLY_AMPLITUDE);   // makes of a gully's wave what counts as noise of colours
+#endif
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
-// spacing: of the vertices; footprint: of the pixel, metres.
-GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint) {
+// spacing: of the vertices; footprint: of the pixel, metres. falls: slope that the vertices show, which gullies follow.
+GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint
+#ifdef TERRAIN_ERODED
+    , vec3 falls, vec3 up
+#endif
+) {
     ivec3 cell;
     vec3 fraction;
     int layers = terrain_material_block.layer_count, warped = terrain_material_block.warped_layers;
@@ -39,6 +46,9 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     vec3 bent = vec3(0.0);
     float power = 0.5;
     float in_ranges = max(1.0 - 0.2 / max(roughness, 1e-3), 0.0);
+#ifdef TERRAIN_ERODED
+    Gullies gullies = Gullies(falls, mat3(0.0), up, roughness, terrain_table.erosion);
+#endif
     int i = begin;
     do {
         int known = min(i, layers - 1), further = i - known;
@@ -53,10 +63,17 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         float shown = terrain_layer_weight(wavelength, footprint);
         float weight = shown - terrain_layer_weight(wavelength, spacing);
         float fine = shown - terrain_layer_weight(wavelength, DETAIL_FINE * footprint);
-        sum.fine += fine * n.w;
-        power += fine * fine;
         float amplitude_m = layer.amplitude_m + layer.range_amplitude_m * in_ranges;
         vec3 g = (weight * frequency * terrain_ridge_slope(n.w, layer.ridge) * amplitude_m / finer) * n.xyz;
+#ifdef TERRAIN_ERODED
+        gullies.strength = i >= GULLY_FIRST && i < GULLY_END ? terrain_table.erosion : 0.0;
+        gullies.d_falls = mat3(0.0);   // how the slope turns within a furrow shows too little
+        Gully gully = gully_layer(cell, fraction, wavelength, amplitude_m, mat3(1.0), gullies);
+        g = mix(g, (weight * amplitude_m) * gully.d_wave, gully.share);
+        n.w = mix(n.w, gully.wave * DETAIL_WAVE, gully.share);
+#endif
+        sum.fine += fine * n.w;
+        power += fine * fine;
         bent += i < warped ? g : vec3(0.0);
         sum.gradient += i < warped || further > 0 ? vec3(0.0) : g;
         sum.grain += further > 0 ? g : vec3(0.0);

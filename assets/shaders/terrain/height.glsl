@@ -126,6 +126,10 @@ float terrain_noise_value(TerrainLattice lattice, TERRAIN_PLACE d) {
 #include "terrain/rivers.glsl"
 #endif
 
+#ifdef TERRAIN_ERODED
+#include "terrain/falls.glsl"
+#endif
+
 // Domain warps, continents and belts: w1 and fields as changes from the anchor's.
 struct TerrainBroad {
     TERRAIN_REAL3 w1;
@@ -206,6 +210,27 @@ void terrain_range_layers(TERRAIN_PLACE near, float spacing_m, int end, inout Te
     } while (++i < end);
 }
 
+#ifdef TERRAIN_ERODED
+// Adds layer i of gullies, asked at place `at`; to_at: how that changes with the place. d_place: what of z is seen, by
+// the place.
+void terrain_add_gully(int i, TERRAIN_PLACE at, mat3 to_at, float spacing_m, inout Gullies gullies,
+    inout TerrainRelief sum, inout vec3 d_place) {
+    TerrainLayer layer = terrain_table.layers[i];
+    ivec3 cell;
+    vec3 fraction;
+    terrain_place(layer.lattice, at, cell, fraction);
+    vec4 n = gradient_noise(cell, fraction);
+    n.xyz = (n.xyz * layer.lattice.frequency_per_m) * to_at;
+    Gully gully = gully_layer(cell, fraction, layer.lattice.wavelength_m, layer.amplitude_m, to_at, gullies);
+    float plain = terrain_ridge(n.w, layer.ridge), v = layer.amplitude_m * mix(plain, gully.wave, gully.share);
+    float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
+    sum.z += v * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+    sum.seen_z += weight * v;
+    d_place += weight * layer.amplitude_m * ((1.0 - gully.share) * terrain_ridge_slope(n.w, layer.ridge) * n.xyz
+        + gully.share * gully.d_wave + gully.d_share * (gully.wave - plain));
+}
+#endif
+
 // Adds a layer of relief with noise n (xyz gradient, w value). share: of it that is in heights.
 void terrain_add_layer(TerrainLayer layer, vec4 n, float spacing_m, float share, inout TerrainRelief sum) {
     float v = layer.amplitude_m * terrain_ridge(n.w, layer.ridge);
@@ -217,17 +242,44 @@ void terrain_add_layer(TerrainLayer layer, vec4 n, float spacing_m, float share,
 
 // The layers of relief between those of ranges and the shortest that the spacing shows: warped ones first; then those
 // with a gradient; of those shorter than two spacings the height alone.
-void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, int begin, inout TerrainRelief sum) {
+void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, int begin,
+#ifdef TERRAIN_ERODED
+    Gullies gullies,
+#endif
+    inout TerrainRelief sum) {
     int warped = terrain_table.warped_layers, shown = terrain_shown_layers(spacing_m), i = begin;
+#ifdef TERRAIN_ERODED
+    int warped_end = min(shown, GULLY_FIRST);
+#else
     int warped_end = min(shown, warped);
+#endif
     if (i < warped_end) do {
         TerrainLayer layer = terrain_table.layers[i];
         terrain_add_layer(layer, terrain_noise(layer.lattice, broad.near), spacing_m,
             terrain_height_weight(layer.lattice.wavelength_m, spacing_m), sum);
     } while (++i < warped_end);
     sum.dz = sum.dz * broad.to_near;
+#ifdef TERRAIN_ERODED
+    vec3 d_place = vec3(0.0);
+    int gully_end = min(shown, GULLY_END);
+    i = GULLY_FIRST;
+    if (i < gully_end) do {
+        bool bent = i < warped;
+        TERRAIN_PLACE at = D;
+        mat3 to_at = mat3(1.0);
+        if (bent) {
+            at = broad.near;
+            to_at = broad.to_near;
+        }
+        terrain_add_gully(i, at, to_at, spacing_m, gullies, sum, d_place);
+    } while (++i < gully_end);
+    sum.dz += d_place;
+    int smooth_end = max(terrain_layers_above(2.0 * spacing_m), GULLY_END);
+    i = GULLY_END;
+#else
     int smooth_end = max(terrain_layers_above(2.0 * spacing_m), warped);
     i = warped;
+#endif
     if (i < smooth_end) do {
         TerrainLayer layer = terrain_table.layers[i];
         terrain_add_layer(layer, terrain_noise(layer.lattice, D), spacing_m, 1.0, sum);
@@ -240,12 +292,20 @@ void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     } while (++i < end);
 }
 
-TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m) {
+TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m
+#ifdef TERRAIN_ERODED
+    , Gullies gullies
+#endif
+) {
     TerrainRelief sum = TerrainRelief(TERRAIN_NUMBER(vec2(0.0)), TERRAIN_NUMBER(0.0), 0.0, 0.0, vec3(0.0), vec3(0.0),
         vec3(0.0));
     int ranges = min(TERRAIN_SHAPE_LAYERS, terrain_table.layer_count);
     terrain_range_layers(broad.near, spacing_m, ranges, sum);
+#ifdef TERRAIN_ERODED
+    terrain_relief_layers(broad, D, spacing_m, ranges, gullies, sum);
+#else
     terrain_relief_layers(broad, D, spacing_m, ranges, sum);
+#endif
     return sum;
 }
 
@@ -299,20 +359,33 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
 // layers that the spacing can show, so that vertices lie on the true surface; gradients are band-limited to the
 // spacing. height_m: dh before it is rounded.
 TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, out TERRAIN_REAL height_m) {
-    TerrainRelief relief = terrain_relief(broad, D, spacing_m);
+    TerrainAnchor anchor = terrain_table.anchor;
+    vec3 w1 = terrain_table.wide_warp.value + TERRAIN_SINGLE(broad.w1);
+    vec2 fields = anchor.fields + TERRAIN_SINGLE(broad.fields);
+    vec3 up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
     TerrainSources sources;
     TERRAIN_REAL added = terrain_sources(D, spacing_m, sources);
 #ifdef TERRAIN_RIVERS
     TERRAIN_REAL uncarved;
     TerrainCut cut = terrain_cut(D);
+#endif
+#ifdef TERRAIN_ERODED
+    TerrainRelief relief = terrain_relief(broad, D, spacing_m, terrain_gullies(broad.near, broad.to_near, up, w1,
+        fields, anchor.added_m + TERRAIN_SINGLE(added), sources.rougher,
+#ifdef TERRAIN_RIVERS
+        cut,
+#endif
+        terrain_shown_layers(spacing_m)));
+#else
+    TerrainRelief relief = terrain_relief(broad, D, spacing_m);
+#endif
+#ifdef TERRAIN_RIVERS
     height_m = terrain_height(broad, relief, added, sources.rougher, cut, uncarved);
 #else
     height_m = terrain_height(broad, relief, added, sources.rougher);
 #endif
 
-    TerrainAnchor anchor = terrain_table.anchor;
-    vec3 w1 = terrain_table.wide_warp.value + TERRAIN_SINGLE(broad.w1);
-    vec2 fields = anchor.fields + TERRAIN_SINGLE(broad.fields), s = anchor.shapes + TERRAIN_SINGLE(relief.s);
+    vec2 s = anchor.shapes + TERRAIN_SINGLE(relief.s);
     TerrainSurfaceSlopes t = terrain_surface_slopes(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, s.x,
         s.y, anchor.ranges_m + TERRAIN_SINGLE(relief.range_z) + relief.z, anchor.added_m + TERRAIN_SINGLE(added),
         sources.rougher, relief.seen_z);
@@ -324,7 +397,6 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     slope = by.by_h * slope + by.by_base * cut.d_base + by.by_open * cut.d_open + by.by_raised * cut.d_raised;
     kept = by.by_h;
 #endif
-    vec3 up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
 
     TerrainPoint point;
     point.dh = TERRAIN_SINGLE(height_m);

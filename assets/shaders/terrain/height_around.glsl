@@ -11,6 +11,9 @@ struct TerrainAround {
     TerrainBroad broad;  // w1 and fields in whole
     // fields up to the one, and layers up to the other, are long; other fields are taken out of `broad`
     int fields, layers;
+#ifdef TERRAIN_ERODED
+    Gullies gullies;
+#endif
 };
 
 // Of the layers, xyz: gradient, w: value. Not in the struct, which is copied for each place.
@@ -32,9 +35,16 @@ bool terrain_keeps_around(float extent_m) {
 
 // broad: of the middle. extent_m: how far places are from it at most.
 TerrainAround terrain_around(TerrainBroad broad, vec3 middle, float extent_m) {
-    TerrainAround t = TerrainAround(middle, broad, TERRAIN_FIELDS, 0);
+    TerrainAround t;
+    t.middle = middle;
+    t.broad = broad;
+    t.fields = TERRAIN_FIELDS;
+    t.layers = 0;
     t.broad.w1 += terrain_table.wide_warp.value;
     t.broad.fields += terrain_table.anchor.fields;
+#ifdef TERRAIN_ERODED
+    t.gullies = terrain_far_gullies(middle, broad.near, broad.to_near, extent_m, t.broad.w1, t.broad.fields);
+#endif
 #ifdef TERRAIN_AROUND_FAR
     while (t.fields > 0 && TERRAIN_LONG_FIELDS * extent_m
         > terrain_table.fields[t.fields - 1].lattice.wavelength_m) {
@@ -57,7 +67,7 @@ TerrainAround terrain_around(TerrainBroad broad, vec3 middle, float extent_m) {
 
 // As terrain_far_height.
 float terrain_height_around(TerrainAround t, vec3 D, float spacing_m) {
-    vec3 d = D - t.middle;
+    vec3 d = D - t.middle, near = t.broad.near + t.broad.to_near * d;
     vec2 fields = t.broad.fields + vec2(dot(t.broad.dc, d), dot(t.broad.db, d));
 #ifdef TERRAIN_AROUND_FAR
     terrain_far_fields(t.fields, t.broad.far + t.broad.to_far * d, fields);
@@ -65,10 +75,14 @@ float terrain_height_around(TerrainAround t, vec3 D, float spacing_m) {
 
     vec2 shape = vec2(0.0);
     float z = 0.0;
+#ifdef TERRAIN_ERODED
+    Gullies gullies = t.gullies;
+    gullies.falls += gullies.d_falls * d;
+#endif
     for (int i = 0; i < TERRAIN_WARPED_LAYERS; ++i) {
-        if (i < t.layers) terrain_far_layer(i, terrain_around_noises[i].w + dot(terrain_around_noises[i].xyz, d),
-            spacing_m, shape, z);
+        if (i < t.layers) terrain_far_layer(i, terrain_around_noises[i].w + dot(terrain_around_noises[i].xyz, d), near,
+            spacing_m, shape, z TERRAIN_FAR_GULLIES_OF(gullies));
     }
-    terrain_far_layers(t.layers, D, t.broad.near + t.broad.to_near * d, spacing_m, shape, z);
+    terrain_far_layers(t.layers, D, near, spacing_m, shape, z TERRAIN_FAR_GULLIES_OF(gullies));
     return terrain_far_surface(D, spacing_m, t.broad.w1 + t.broad.j1 * d, fields, shape, z);
 }

@@ -174,7 +174,11 @@ vec3 ground_radiance(ivec2 pixel) {
     Spot s = spot_at(pixel, attributes);
     vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05), gradient = rises;
 
-    GroundDetail detail = ground_detail(s.D, roughness, s.spacing_m, s.footprint_m);
+    GroundDetail detail = ground_detail(s.D, roughness, s.spacing_m, s.footprint_m
+#ifdef TERRAIN_ERODED
+        , rises, s.zenith
+#endif
+    );
     vec3 relief = roughness * s.to_sphere * detail.gradient;
     gradient += relief - s.zenith * dot(s.zenith, relief);
     TerrainSources craters = terrain_crater_detail(s.D, s.spacing_m, s.footprint_m);

@@ -9,13 +9,14 @@ left. Operations are + - x / sqrt alone, so that equal grounds have equal rain t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .cells import NO_CELL, CellGrid
 
-__all__ = ["ACROSS", "ClimateParams", "rain_mm", "runoff_mm", "temperature_c", "winds"]
+__all__ = ["ACROSS", "ClimateParams", "climate_params", "rain_mm", "runoff_mm", "temperature_c", "winds"]
 
 Floats = NDArray[np.float64]
 
@@ -51,6 +52,11 @@ class ClimateParams:
     humidity: float
     sea: bool = True
     """without one nothing rains"""
+
+
+def climate_params(terrain: Any, sea: bool = True) -> ClimateParams:
+    """What the rain depends on, beside heights: nothing rains on a planet without Ocean."""
+    return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, sea)
 
 
 def temperature_c(directions: Floats, height_m: Floats, params: ClimateParams) -> Floats:

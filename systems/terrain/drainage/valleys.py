@@ -33,9 +33,7 @@ _CANYON_DEPTH_M = 150.0
 """From this depth on, wholly at three times as much."""
 
 
-def stream_cells(
-    network: Network, carved: Carved, ground: CellGround, relief_m: Floats, model: Model
-) -> StreamCells:
+def stream_cells(network: Network, carved: Carved, ground: CellGround, relief_m: Floats, model: Model) -> StreamCells:
     """The streams of a network with these levels; relief_m (N,): of the ground in each cell."""
     grid, receiver = network.grid, network.receiver
     mean_m2 = 4.0 * np.pi * network.radius_m * network.radius_m / grid.count
@@ -48,7 +46,9 @@ def stream_cells(
     to = receiver[index]
     spring = np.ones(len(receiver), dtype=bool)
     spring[to] = False
-    level = np.rint(np.where(spring & ~carved.lake & kept, np.maximum(ground.low_m, carved.level_m), carved.level_m) / LEVEL_M)
+    level = np.rint(
+        np.where(spring & ~carved.lake & kept, np.maximum(ground.low_m, carved.level_m), carved.level_m) / LEVEL_M
+    )
     places = network.places
     apart = _lengths(places[index] - places[to]) * network.radius_m
     slope = (level[index] - level[to]) * LEVEL_M / apart

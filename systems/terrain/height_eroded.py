@@ -1,0 +1,183 @@
+"""The height function's noises on ground with gullies (`TerrainParams.erosion`): as height_octaves has them, but some
+layers of relief follow the slope of those before, so heights need slopes, and gradients how these turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.surface.noise import Corners
+from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_slopes, gully_layers
+from .height_added import added_gradients, added_heights
+from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
+from .height_steps import layer_weight, ridge, ridge_slope
+from .height_surface import carve_slopes, surface_slopes
+from .rivers.valleys import Valleys, valleys
+
+__all__ = ["eroded_gradients", "eroded_noises"]
+
+Floats = NDArray[np.float64]
+
+_WEIGHTS = np.stack(continent_weights())
+_DOWN = slice(FIELDS, FIELDS + FALLING_LAYERS)
+
+
+@dataclass(frozen=True)
+class _Octaves:
+    """What the noises are at N places."""
+
+    unwarped: Corners
+    warped: Corners
+    w: Floats
+    """(3, 2, N) warps"""
+    jacobian: Floats | None
+    """(3, 3, 2, N) of them by the lattice coordinate"""
+    noise: Floats
+    """(FIELDS + layers, N)"""
+    slope: Floats
+    """(3, FIELDS + layers, N) by metre, where it was asked for, else of the layers that say which way is down"""
+
+
+def eroded_noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """As height_octaves.noises."""
+    octaves = _octaves(points, model, False)
+    cut = None if model.params.rivers is None else valleys(model.params.rivers, points, slopes=True)
+    v, _ = _layers(points, model, octaves, added_heights(points, model), cut, None)
+    c, b = _WEIGHTS @ octaves.noise[:FIELDS]
+    sums = model.sums @ v
+    return octaves.w[:, 0], c, b, sums[:2], sums[2]
+
+
+def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
+    """Heights (N,) and 3D gradients (3, N) at points (3, N), band-limited to the footprint (N,)."""
+    octaves = _octaves(points, model, True)
+    metres, d_added, rougher, d_rougher = added_gradients(points, model, footprint_m)
+    cut = None if model.params.rivers is None else valleys(model.params.rivers, points, slopes=True)
+    assert octaves.jacobian is not None
+    jacobian = octaves.jacobian * model.unwarped.frequency[:2, None]
+    bent_near = jacobian[:, :, 1] * model.warp_m[1]
+    for axis in range(3):
+        bent_near[axis, axis] += 1.0
+    v, found = _layers(points, model, octaves, (metres, rougher), cut, bent_near)
+    assert found.d_share is not None and found.d_wave is not None
+    bent_far = bent_near + jacobian[:, :, 0] * model.warp_m[0]
+    dc, db = (np.einsum("f,afn,abn->bn", w, octaves.slope[:, :FIELDS], bent_far) for w in _WEIGHTS)
+
+    own = slice(FIRST_GULLY, FIRST_GULLY + len(found.share))
+    plain = octaves.noise[FIELDS:][own].copy()
+    ridged = model.ridge[own, None]
+    d_layers = octaves.slope[:, FIELDS:] * ridge_slope(octaves.noise[FIELDS:], model.ridge[:, None])
+    d_layers[:, own] *= 1.0 - found.share
+    layers = model.warped_layers
+    d_layers[:, :layers] = np.einsum("akn,abn->bkn", d_layers[:, :layers], bent_near)
+    # Waves are functions of the place itself, whatever lattice their cells are of.
+    d_layers[:, own] += found.share * found.d_wave + found.d_share * (found.wave - ridge(plain, ridged))
+    shown = np.ones((model.layers, points.shape[1]))
+    if footprint_m is not None:
+        shown = layer_weight(model.wavelength_m[:, None], np.maximum(footprint_m, 1e-9)[None])
+    d_sums = np.einsum("sk,akn->san", model.sums, d_layers * shown)
+    w1, sums = octaves.w[:, 0], model.sums @ v
+    c, b = _WEIGHTS @ octaves.noise[:FIELDS]
+    seen = model.amplitude_m @ (shown * v)
+    height, *by, _ = surface_slopes(model.constants, *w1, c, b, *sums, metres, rougher, seen)
+    total = np.zeros_like(dc)
+    for slope, change in zip(by, (*jacobian[:, :, 0], dc, db, *d_sums, d_added, d_rougher), strict=True):
+        total = total + slope * change
+    if cut is not None:
+        height, *by = carve_slopes(height, cut.base_m, cut.open, cut.raised)
+        total = by[0] * total
+        for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
+            total = total + slope * change
+    return height, total
+
+
+def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
+    unwarped = model.unwarped.cells(points)
+    warps = unwarped.part(slice(0, 2))
+    w, jacobian = warps.vector_derivative() if slopes else (warps.vector(), None)
+    near = points + w[:, 1] * model.warp_m[1]
+    far = near + w[:, 0] * model.warp_m[0]
+    layers = model.warped_layers
+    warped = model.warped.cells(np.repeat(np.stack([far, near], axis=1), (FIELDS, layers), axis=1))
+    fine = unwarped.part(slice(2, None))
+    end = FIELDS + layers
+    noise = np.empty((FIELDS + model.layers, points.shape[1]))
+    slope = np.zeros((3, *noise.shape))
+    if slopes:
+        noise[:end], slope[:, :end] = warped.noise_derivative()
+        if model.layers > layers:
+            noise[end:], slope[:, end:] = fine.noise_derivative()
+        slope[:, :end] *= model.warped.frequency[:, None]
+        slope[:, end:] *= model.unwarped.frequency[2:, None]
+    else:
+        noise[:FIELDS] = warped.part(slice(0, FIELDS)).noise()
+        noise[_DOWN], slope[:, _DOWN] = warped.part(_DOWN).noise_derivative()
+        slope[:, _DOWN] *= model.warped.frequency[_DOWN, None]
+        noise[_DOWN.stop : end] = warped.part(slice(_DOWN.stop, None)).noise()
+        if model.layers > layers:
+            noise[end:] = fine.noise()
+    return _Octaves(unwarped, warped, w, jacobian, noise, slope)
+
+
+def _layers(
+    points: Floats, model: Model, octaves: _Octaves, added: tuple[Any, Any], cut: Valleys | None, bent: Floats | None
+) -> tuple[Floats, GullyLayers]:
+    """The layers' values (layers, N), and the gullies among them. bent (3, 3, N): how the narrow warp moves places, for
+    derivatives."""
+    v = octaves.noise[FIELDS:].copy()
+    ridged = len(model.ridge_column)
+    v[:ridged] = ridge(v[:ridged], model.ridge_column)
+    found = _gullies(points, model, octaves, v, added, cut, bent)
+    own = slice(FIRST_GULLY, FIRST_GULLY + len(found.share))
+    v[own] += found.share * (found.wave - v[own])
+    return v, found
+
+
+def _gullies(
+    points: Floats,
+    model: Model,
+    octaves: _Octaves,
+    v: Floats,
+    added: tuple[Any, Any],
+    cut: Valleys | None,
+    bent: Floats | None,
+) -> GullyLayers:
+    """Which way is down is said by ranges, the longest relief and valleys of rivers, as if the narrow warp bent
+    nothing."""
+    k, w1, first = model.constants, octaves.w[:, 0], slice(0, FALLING_LAYERS)
+    c, b = _WEIGHTS @ octaves.noise[:FIELDS]
+    sums = model.sums[:, first]
+    sa, sb, z = sums @ v[first]
+    height, *by, _ = surface_slopes(k, *w1, c, b, sa, sb, z, *added, z)
+    by_sums, rough = np.stack(by[5:8]), by[7]
+    open_m: Any = 0.0
+    if cut is not None:
+        _, by_h, _, open_m, _ = carve_slopes(height, cut.base_m, cut.open, cut.raised)
+        by_sums, rough = by_h * by_sums, by_h * rough
+    weights = np.einsum("sk,sn->kn", sums, by_sums)
+    crest, bend = crest_slopes(octaves.noise[_DOWN], model.ridge[first, None])
+    gradient = octaves.slope[:, _DOWN]
+    falls = (weights * crest * gradient).sum(axis=1)
+    if cut is not None:
+        falls = falls + open_m * cut.d_open
+    d_falls = None
+    if bent is not None:
+        frequency = model.warped.frequency[_DOWN]
+        second = octaves.warped.part(_DOWN).noise_hessian() * (frequency * frequency)[:, None]
+        d_falls = np.einsum("kn,akn,bkn->abn", weights * bend, gradient, gradient)
+        d_falls += np.einsum("kn,abkn->abn", weights * crest, second)
+        d_falls = np.einsum("acn,cbn->abn", d_falls, bent)
+    end = min(END_GULLY, model.layers)
+
+    def corners(number: int) -> Corners:
+        layer = FIRST_GULLY + number
+        if layer < WARPED_LAYERS:
+            return octaves.warped.part(slice(FIELDS + layer, FIELDS + layer + 1))
+        return octaves.unwarped.part(slice(2 + layer - WARPED_LAYERS, 3 + layer - WARPED_LAYERS))
+
+    frequency, amplitude_m = 1.0 / model.wavelength_m[FIRST_GULLY:end], model.amplitude_m[FIRST_GULLY:end]
+    up = points * (1.0 / model.params.radius_m)
+    return gully_layers(corners, frequency, amplitude_m, falls, up, rough, model.params.erosion, d_falls, bent)
