@@ -77,6 +77,7 @@ if _TYPE_CHECKING:
     from .query.drainage import Drainage, River
     from .query.ocean import OceanSampler
     from .query.terrain import TerrainSampler
+    from .query.water import Water
     from .render.host_light import sun_direction
     from .render.renderer import Renderer
 
@@ -95,6 +96,7 @@ _LAZY = {
     "River": "query.drainage",
     "ShaderError": "errors",
     "TerrainSampler": "query.terrain",
+    "Water": "query.water",
     "expected_errors": "expected",
     "fly": "app.window",
     "has_display": "engine.hosts.window",
@@ -154,6 +156,7 @@ __all__ = [
     "UnknownNameError",
     "UnknownSettingError",
     "View",
+    "Water",
     "Wave",
     "World",
     "__version__",

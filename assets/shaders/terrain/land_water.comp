@@ -129,7 +129,8 @@ uvec4 pixel_of(ivec2 pixel) {
     vec3 up = up_at(place.point), across, along;
     pixel_sides(place, up, across, along);
     LandWater w = water_around(place.D, place.open, across, along);
-    bool water = w.beyond < 0.0 && w.wide;
+    bool water = w.beyond < 0.0 && w.wide
+        && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m);
     float share = 1.0;
     bool sunk = water && place.height - frame.anchor_height_m < w.level
         && frame.camera_altitude_m - frame.anchor_height_m > w.level;
