@@ -23,7 +23,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 __all__ = ["LAND_WATER", "LandWater"]
 
 LAND_WATER = "terrain.land_water"
-"""Texture with what terrain/land_water.comp found of each pixel in tiles near water."""
+"""Texture with what terrain/land_water.comp found of each pixel near water, 0 elsewhere."""
 _TILES, _WIDE, _LINES = "terrain.tiles_water", "terrain.tiles_waters", "terrain.water_lines"
 _RECORD = 32
 """Numbers in _LINES by the tile: WATER_RECORD of terrain/tile_waters.glsl."""
@@ -60,7 +60,7 @@ class LandWater:
             reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface"),
             writes=("gbuffer.tile_flags", "gbuffer.tiles_sea"),
             creates=(
-                TextureSpec(LAND_WATER, "rgba32ui", help="rivers and lakes in pixels of tiles near any"),
+                TextureSpec(LAND_WATER, "rgba32ui", help="rivers and lakes in a pixel"),
                 BufferSpec(_TILES, 16 + 4 * across * down, help="dispatch and tiles near rivers and lakes"),
                 BufferSpec(_WIDE, 16 + 4 * across * down, help="the same, with more lines than are listed"),
                 BufferSpec(_LINES, 4 * _RECORD * across * down, help="lines of water that pass those tiles"),
@@ -96,9 +96,13 @@ class LandWater:
         textures = [(unit, io.texture(name)) for name, unit in units.items()]
         points = {"gbuffer.tile_flags": FLAG_BUFFER, _WIDE: 1, "gbuffer.tiles_sea": SEA_TILES_BUFFER, _LINES: 3}
         buffers = [(point, io.buffer(name)) for name, point in points.items()]
+        none, plain = io.framebuffer(colors=(LAND_WATER,)), self._gpu.state()
         few, wide, found, barrier = io.buffer(_TILES), io.buffer(_WIDE), io.texture(LAND_WATER), self._gpu.barrier
 
         def run() -> None:
+            none.use()
+            plain.apply()
+            self._gpu.clear(none, depth=0.0)
             for unit, texture in textures:
                 texture.use(unit)
             for point, buffer in buffers:

@@ -11,7 +11,6 @@ import numpy as np
 from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.blocks.bindings import (
     DRY_BUFFER,
-    FLAG_BUFFER,
     LAND_WATER_UNIT,
     MATERIAL_BLOCK,
     NEAR_DRY_BUFFER,
@@ -329,7 +328,7 @@ class TerrainSystem(System):
             kind="compute",
             reads=(
                 *("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
-                *((LAND_WATER, "gbuffer.tile_flags") if self.shows_rivers() else ()),
+                *((LAND_WATER,) if self.shows_rivers() else ()),
             ),
             writes=("scene.radiance",),
             stage="opaque",
@@ -400,7 +399,7 @@ class TerrainSystem(System):
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
         sorts = lists == _WET_LISTS
-        rivers = (io.texture(LAND_WATER), io.buffer("gbuffer.tile_flags")) if self.shows_rivers() else None
+        rivers = io.texture(LAND_WATER) if self.shows_rivers() else None
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
@@ -422,8 +421,7 @@ class TerrainSystem(System):
             for unit, texture in textures:
                 texture.use(unit)
             if rivers is not None:
-                rivers[0].use(LAND_WATER_UNIT)
-                rivers[1].bind_to_storage_buffer(FLAG_BUFFER)
+                rivers.use(LAND_WATER_UNIT)
             self._bind_octaves(view)
             backend.bind_shading()
             cluttered = self._component.clutter > 0.0

@@ -2,12 +2,10 @@
 #include "generated/bindings.glsl"
 #include "common/constants.glsl"
 #include "common/land_water.glsl"
-#include "common/surfaces.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
 
 layout(binding = LAND_WATER_UNIT) uniform usampler2D u_land_water;
-layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };
 
 struct NarrowWater {
     float coverage;         // share of the pixel
@@ -20,10 +18,7 @@ const vec3 CLEAR_ALBEDO = vec3(0.018, 0.035, 0.03), MUDDY_ALBEDO = vec3(0.19, 0.
 const float NARROW_VARIANCE = 0.006;   // of their slopes
 
 NarrowWater narrow_water(ivec2 pixel) {
-    ivec2 size = textureSize(u_surface, 0), tile = pixel / TILE_PX;
-    int across = (size.x + TILE_PX.x - 1) / TILE_PX.x;
-    bool asked = (flags[tile.y * across + tile.x] & SURFACE_WATER_ASHORE) != 0u;
-    uvec4 found = asked ? texelFetch(u_land_water, pixel, 0) : uvec4(0u);
+    uvec4 found = texelFetch(u_land_water, pixel, 0);
     vec4 parts = found.x == 0u ? unpackUnorm4x8(found.y) : vec4(0.0);
     return NarrowWater(parts.x, parts.y, parts.z, parts.w);
 }
