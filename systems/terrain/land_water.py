@@ -14,6 +14,8 @@ from ...engine.blocks.bindings import (
     SEA_TILES_BUFFER,
     SURFACE_UNIT,
     TILE_BUFFER,
+    WATER_LINE_BUFFER,
+    WIDE_WATER_BUFFER,
 )
 from ...engine.frame import ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
@@ -94,7 +96,12 @@ class LandWater:
         unlisted = self._shader(_FIND, "WATER_WIDE", "WATER_FAR", "TERRAIN_FLOAT")
         units = {"gbuffer.depth": DEPTH_UNIT, "gbuffer.attributes": ATTRIBUTES_UNIT, "gbuffer.surface": SURFACE_UNIT}
         textures = [(unit, io.texture(name)) for name, unit in units.items()]
-        points = {"gbuffer.tile_flags": FLAG_BUFFER, _WIDE: 1, "gbuffer.tiles_sea": SEA_TILES_BUFFER, _LINES: 3}
+        points = {
+            "gbuffer.tile_flags": FLAG_BUFFER,
+            _WIDE: WIDE_WATER_BUFFER,
+            "gbuffer.tiles_sea": SEA_TILES_BUFFER,
+            _LINES: WATER_LINE_BUFFER,
+        }
         buffers = [(point, io.buffer(name)) for name, point in points.items()]
         none, plain = io.framebuffer(colors=(LAND_WATER,)), self._gpu.state()
         few, wide, found, barrier = io.buffer(_TILES), io.buffer(_WIDE), io.texture(LAND_WATER), self._gpu.barrier

@@ -192,6 +192,9 @@ class TerrainSystem(System):
         shaders = self._gpu.shaders
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
         shaders.provide("height_sources", _SOURCES, owner=self.name)
+        # Contract ``land_water``: so do those of the sea.
+        file = "land_water.glsl"
+        shaders.provide("land_water", f"terrain/{file}" if wanted["RIVERS"] else f"common/{file}", owner=self.name)
 
     def _use_materials(self) -> None:
         """The shaders of the list of materials as it is now."""
@@ -300,9 +303,7 @@ class TerrainSystem(System):
             )
         self._watered = self._ground.params.rivers is not None
         if self.shows_rivers():
-            self._land_water.declare(
-                builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen
-            )
+            self._land_water.declare(builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen)
         tiles = _TILES
         if self.sorts_wet():
             tiles = _WET_LISTS
@@ -404,7 +405,7 @@ class TerrainSystem(System):
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
-            flags = ("LAND_WATER",) if rivers is not None and not dry else dry
+            flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
             plain = self._shader(backend.shade_file, *flags)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))

@@ -4,11 +4,8 @@
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
-#include "contract/height_sources.glsl"
+#include "contract/land_water.glsl"
 #include "common/texel.glsl"
-#ifdef TERRAIN_RIVERS
-#include "common/land_water.glsl"
-#endif
 #include "generated/ocean.glsl"
 #include "contract/waterline.glsl"
 
@@ -48,7 +45,7 @@ void main() {
             any_ground = any_ground || surface == SURFACE_TERRAIN;
             vec4 attributes = texel_at(u_attributes, ivec2(x, y));
             shallowest = min(shallowest, sea ? (attributes.x * 256.0 + attributes.y) * (255.0 / 65535.0) : 2.0);
-#ifdef TERRAIN_RIVERS
+#ifdef LAND_WATER
             shallowest = sea && land_water_at(attributes.z) ? 0.0 : shallowest;
 #endif
             any_sea = any_sea || sea;

@@ -1,7 +1,7 @@
 // Where the light on rivers and lakes is asked, which lie above the sea's level: at what the pixels around a tile's
 // corner show.
 #include "generated/bindings.glsl"
-#include "common/land_water.glsl"
+#include "contract/land_water.glsl"
 #include "common/texel.glsl"
 
 layout(std430, binding = FLAG_BUFFER) readonly buffer FlagBuffer { uint flags[]; };

@@ -8,8 +8,8 @@
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
-#include "contract/height_sources.glsl"
-#ifdef TERRAIN_RIVERS
+#include "contract/land_water.glsl"
+#ifdef LAND_WATER
 #include "ocean/land_water_light.glsl"
 #endif
 
@@ -28,7 +28,7 @@ void main() {
     float q = -b + (b < 0.0 ? 1.0 : -1.0) * sqrt(max(meets, 0.0));
     float hit = c > 0.0 ? (b < 0.0 ? c / max(q, 1e-20) : 0.0) : max(q, c / (abs(q) > 1e-20 ? q : 1e-20));
     vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0);
-#ifdef TERRAIN_RIVERS
+#ifdef LAND_WATER
     if (land_water_near(corner, point)) direction = normalize(point);
 #endif
     vec3 zenith = up_at(point), sun = frame.sun_direction;

@@ -1,10 +1,7 @@
 // A pixel of the sea in the G-buffer: where the point that it shows lies when the sea is calm.
 #include "generated/bindings.glsl"
-#include "contract/height_sources.glsl"
+#include "contract/land_water.glsl"
 #include "common/texel.glsl"
-#ifdef TERRAIN_RIVERS
-#include "common/land_water.glsl"
-#endif
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
@@ -18,7 +15,7 @@ bool sea_at(ivec2 pixel) {
 
 // Whether its waves are the sea's: rivers and lakes have none of them.
 bool sea_waves_at(ivec2 pixel) {
-#ifdef TERRAIN_RIVERS
+#ifdef LAND_WATER
     return sea_at(pixel) && !land_water_at(texel_at(u_attributes, pixel).z);
 #else
     return sea_at(pixel);

@@ -21,8 +21,8 @@
 #endif
 #include "common/surface_tiles.glsl"
 #include "common/texel.glsl"
-#include "contract/height_sources.glsl"
-#if defined(OCEAN_RICH) && defined(TERRAIN_RIVERS)
+#include "contract/land_water.glsl"
+#if defined(OCEAN_RICH) && defined(LAND_WATER)
 #define OCEAN_LAND_WATER   // ocean/classify.comp lists its tiles as rich
 #include "ocean/look/land_water.glsl"
 #endif

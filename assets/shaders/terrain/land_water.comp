@@ -6,7 +6,7 @@
 //   WATER_FAR    pixels so wide that what they show is as good as where their line of sight meets the water
 //   WATER_WIDE   tiles too wide for a list of lines: each pixel asks those of its cell
 #include "common/dither.glsl"
-#include "common/land_water.glsl"
+#include "terrain/land_water.glsl"
 #include "common/octahedral.glsl"
 #include "common/sea_depth.glsl"
 #include "common/spread.glsl"

@@ -6,7 +6,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = TILE_BUFFER) buffer TileBuffer { uint groups[4]; uint tiles[]; } few_list;
-layout(std430, binding = 1) buffer WideBuffer { uint groups[4]; uint tiles[]; } wide_list;   // that are wider than a few cells
+layout(std430, binding = WIDE_WATER_BUFFER) buffer WideBuffer { uint groups[4]; uint tiles[]; } wide_list;
 uniform ivec2 u_tiles;
 
 const int LOOKS = 9;

@@ -1,7 +1,7 @@
 // Rivers too narrow for the picture's pixels, as a share of the ground in each: what terrain/land_water.comp found.
 #include "generated/bindings.glsl"
 #include "common/constants.glsl"
-#include "common/land_water.glsl"
+#include "terrain/land_water.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
 
@@ -10,7 +10,7 @@ layout(binding = LAND_WATER_UNIT) uniform usampler2D u_land_water;
 struct NarrowWater {
     float coverage;         // share of the pixel
     float damp;             // 0..1: the bank is wet
-    float stirred, muddy;   // as common/land_water.glsl has them
+    float stirred, muddy;   // as terrain/land_water.glsl has them
 };
 
 // What deep rivers throw back of the light, clear and muddy ones, and white water.

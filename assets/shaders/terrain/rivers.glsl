@@ -1,7 +1,8 @@
 // What rivers make of the ground: the GPU's side of systems/terrain/rivers/. Part of terrain/height.glsl, which has the
 // table and terrain_place. The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to
 // a texel; cells of columns, four to a texel; lines of cells, four to a texel, the widest of a cell's first, with how
-// wide they are; and nodes of three texels: place and the node downstream; level, half width, depth, half width of the floor; reach, 1 for a lake, discharge.
+// wide they are; and nodes of three texels: place and the node downstream; level, half width, depth, half width of the
+// floor; reach, 1 for a lake, discharge.
 #include "generated/bindings.glsl"
 #include "common/pair.glsl"
 #include "generated/terrain_river_form.glsl"

@@ -10,7 +10,7 @@ struct LandWater {
     bool wide;        // it is wide enough on screen to be a surface of its own
     float above;      // m of bank and floor over the level, at least 0
     vec3 slope;       // of the level
-    float stirred, muddy;   // as common/land_water.glsl has them
+    float stirred, muddy;   // as terrain/land_water.glsl has them
     float half_width;       // of the nearest
 };
 

@@ -1,6 +1,6 @@
 // Water of rivers and lakes: without the sea's waves, fresh and more or less muddy. Globals of the pixel at hand, which
 // is set first.
-#include "common/land_water.glsl"
+#include "contract/land_water.glsl"
 
 bool g_land_water;
 float g_stirred, g_muddy;
