@@ -5,3 +5,4 @@
 //   bool land_water_at(float code)       whether a pixel shows any
 //   vec2 land_water_decode(float code)   how stirred and how muddy its water is, 0..1
 //   float land_water_white(float stirred)   share of white water in the mean
+//   float land_water_silt(float muddy)      how much silt that is, as a share of the most

@@ -7,6 +7,11 @@ float land_water_white(float stirred) {
     return 0.38 * smoothstep(0.3, 1.1, stirred);
 }
 
+// Silt in the water, as a share of the most.
+float land_water_silt(float muddy) {
+    return muddy * sqrt(muddy);
+}
+
 // dither: 0 .. 1, of the pixel: there are few steps.
 float land_water_encode(float stirred, float muddy, float dither) {
     float up = clamp(dither, 0.01, 0.99);

@@ -14,7 +14,7 @@ struct NarrowWater {
 };
 
 // What deep rivers throw back of the light, clear and muddy ones, and white water.
-const vec3 CLEAR_ALBEDO = vec3(0.018, 0.035, 0.03), MUDDY_ALBEDO = vec3(0.19, 0.175, 0.085), WHITE_ALBEDO = vec3(0.6);
+const vec3 CLEAR_ALBEDO = vec3(0.018, 0.035, 0.03), MUDDY_ALBEDO = vec3(0.19, 0.15, 0.065), WHITE_ALBEDO = vec3(0.6);
 const float NARROW_VARIANCE = 0.006;   // of their slopes
 
 NarrowWater narrow_water(ivec2 pixel) {
@@ -28,7 +28,7 @@ vec3 narrow_water_light(NarrowWater water, vec3 point, vec3 zenith, vec3 view, v
     vec3 sun = frame.sun_direction, to_sky = reflect(-view, zenith);
     float mu = max(dot(view, zenith), 0.05), mu_sun = max(dot(sun, zenith), 0.0);
     float fresnel = 0.02 + 0.98 * pow(1.0 - mu, 5.0);
-    vec3 albedo = mix(CLEAR_ALBEDO, MUDDY_ALBEDO, water.muddy * water.muddy);
+    vec3 albedo = mix(CLEAR_ALBEDO, MUDDY_ALBEDO, land_water_silt(water.muddy));
     albedo = mix(albedo, WHITE_ALBEDO, land_water_white(water.stirred));
     vec3 below = albedo * (sunlight * mu_sun + skylight(point, zenith)) / PI;
     // The sun in facets whose slopes spread as a Gaussian (Cox and Munk 1954).
