@@ -149,6 +149,21 @@ def test_pixels_of_water_are_where_the_lines_say(carved: Carved, river, above_m:
     assert (off_m <= np.maximum(1e-3, 1e-3 * seen.footprint_m[water & clear])).all()
 
 
+@pytest.mark.parametrize("turn_deg", [8.0, 172.0])
+def test_flat_lines_of_sight_meet_the_slope_of_a_river(carved: Carved, river, turn_deg: float) -> None:
+    """Down and up the river, which falls by metres within what is seen of it."""
+    place, level_m, heading_deg = river
+    seen = look(carved, place, level_m + 6.0, -3.0, heading_deg + turn_deg, **NOON)
+    water = (seen.picture["surface"].ravel() == SEA) & (seen.beyond_m < 0.0)
+    distance = seen.picture["distance"].ravel()
+    water &= distance < 1500.0
+    assert water.mean() > 0.1
+    assert np.ptp(seen.level_m[water]) > 0.1
+    off_m = np.abs(seen.altitude_m - seen.level_m)[water]
+    # A pixel's height at right angles to the view.
+    assert np.quantile(off_m / (distance[water] * 2.0 * np.tan(np.radians(30.0)) / SIZE[1]), 0.99) < 0.25
+
+
 def test_no_waves_of_the_sea_on_a_lake(carved: Carved, lake) -> None:
     place, level_m = lake
     seen = look(carved, place, level_m + 20.0, -20.0, 40.0, **NOON)
@@ -220,7 +235,7 @@ def compiled(text: str, unknown: frozenset[str]) -> str:
             open_blocks[-1] = True
         elif directive == "endif":
             open_blocks.pop()
-        elif all(open_blocks):
+        elif all(open_blocks) and "PF_INCLUDED" not in line:
             kept.append(line)
     return "\n".join(kept)
 

@@ -111,15 +111,20 @@ void pixel_sides(WaterPlace place, vec3 up, out vec3 across, out vec3 along) {
     along = cross(up, aside) * (width / max(dot(view, up), FLATTEST_SINE));
 }
 
-// How far along the line of sight, as a share, a height over the anchor's lies: the place itself is below it and the
-// camera above. Heights along a straight line bend up, so the steps come from one side.
-float share_to_height(vec3 point, float height) {
-    float share = 1.0;
-    for (int k = 0; k < 3; ++k) {
-        float there;
-        foot_offset_of(share * point, there);
-        share -= (there - frame.anchor_height_m - height) / min(dot(point, up_at(share * point)), -1e-6);
-    }
+// How high a share of the way to a point lies over water whose level is known at another share of it and changes evenly,
+// by `rise` on the whole way.
+float over_water(vec3 point, float share, float level, float known_at, float rise) {
+    float height;
+    foot_offset_of(share * point, height);
+    return height - frame.anchor_height_m - level - (share - known_at) * rise;
+}
+
+// The share at which it meets that water, between the camera above and the point below it: nearly linear.
+float share_to_water(vec3 point, float level, float known_at, float rise) {
+    float over = over_water(point, 0.0, level, known_at, rise), under = over_water(point, 1.0, level, known_at, rise);
+    float steep = max(over - under, 1e-6), share = clamp(over / steep, 0.0, 1.0);
+    share += over_water(point, share, level, known_at, rise) / steep;
+    share += over_water(point, share, level, known_at, rise) / steep;
     return clamp(share, 0.0, 1.0);
 }
 
@@ -132,9 +137,10 @@ uvec4 pixel_of(ivec2 pixel) {
     bool water = w.beyond < 0.0 && w.wide
         && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m);
     float share = 1.0;
-    bool sunk = water && place.height - frame.anchor_height_m < w.level
-        && frame.camera_altitude_m - frame.anchor_height_m > w.level;
-    if (sunk) share = share_to_height(place.point, w.level);
+    float rise = dot(w.slope, place.point);
+    bool sunk = water && over_water(place.point, 1.0, w.level, 1.0, rise) < 0.0
+        && over_water(place.point, 0.0, w.level, 1.0, rise) > 0.0;
+    if (sunk) share = share_to_water(place.point, w.level, 1.0, rise);
     bool better = false;
     LandWater there = w;
 #ifndef WATER_FAR
@@ -143,12 +149,12 @@ uvec4 pixel_of(ivec2 pixel) {
     vec3 D = foot_offset_of(share * place.point, drawn);
     there = water_around(D, sunk, across, along);
     better = sunk && there.beyond < 0.0;
-    if (better) share = share_to_height(place.point, there.level);
+    if (better) share = share_to_water(place.point, there.level, share, dot(there.slope, place.point));
 #endif
     float depth_m = better ? there.depth : w.depth;
-    vec3 slope = better ? there.slope : w.slope;
-    slope -= up * dot(up, slope);
-    vec3 normal = normalize(up_at(share * place.point) - slope);
+    vec3 tilt = better ? there.tilt : w.tilt;
+    tilt -= up * dot(up, tilt);
+    vec3 normal = normalize(up_at(share * place.point) - tilt);
 
     vec4 attributes = vec4(sea_depth_encode(depth_m / (depth_m + 16.0)), land_water_encode(w.stirred, w.muddy,
         dither_noise(pixel).x + 0.5),

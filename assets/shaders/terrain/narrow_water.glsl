@@ -32,7 +32,7 @@ vec3 narrow_water_light(NarrowWater water, vec3 point, vec3 zenith, vec3 view, v
     albedo = mix(albedo, WHITE_ALBEDO, land_water_white(water.stirred));
     vec3 below = albedo * (sunlight * mu_sun + skylight(point, zenith)) / PI;
     // The sun in facets whose slopes spread as a Gaussian (Cox and Munk 1954).
-    float variance = NARROW_VARIANCE + 0.03 * water.stirred;
+    float variance = NARROW_VARIANCE + 0.04 * water.stirred * water.stirred;
     vec3 facet = normalize(view + sun);
     float up = max(dot(facet, zenith), 0.05), slope2 = 1.0 / (up * up) - 1.0;
     float facing = max(dot(facet, view), 0.0);

@@ -9,7 +9,8 @@ struct LandWater {
     float coverage;   // share of the pixel that water covers
     bool wide;        // it is wide enough on screen to be a surface of its own
     float above;      // m of bank and floor over the level, at least 0
-    vec3 slope;       // of the level
+    vec3 slope;       // of the level, by the nearest line
+    vec3 tilt;        // the same, changing over from line to line
     float stirred, muddy;   // as terrain/land_water.glsl has them
     float half_width;       // of the nearest
 };
@@ -49,8 +50,8 @@ struct WaterSums {
     bool any;
 };
 
-const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0), 0.0, 0.0,
-    0.0);
+const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
+    vec3(0.0), 0.0, 0.0, 0.0);
 const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
 
 // Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
@@ -87,10 +88,12 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     sums.mixed += says;
     w.stirred += says * water_stirred(speed, deep, fall) * (1.0 - line.lake);
     w.muddy += says * water_muddy(line.discharge, fall, line.lake);
+    vec3 slope = line.section_step.x * line.along;
+    w.tilt += says * slope;
     bool nearer = beyond < w.beyond;
     w.wide = nearer ? half_width > WATER_WIDE_PX * reach : w.wide;
     w.above = nearer ? max(section, 0.0) : w.above;
-    w.slope = nearer ? line.section_step.x * line.along : w.slope;
+    w.slope = nearer ? slope : w.slope;
     w.half_width = nearer ? half_width : w.half_width;
     w.beyond = nearer ? beyond : w.beyond;
 }
@@ -99,5 +102,6 @@ void land_water_end(inout LandWater w, WaterSums sums, RiverPlace p) {
     w.level = terrain_table.rivers.base_m - frame.anchor_height_m + sums.first + sums.levels / max(sums.total, 1e-30);
     w.stirred /= max(sums.mixed, 1e-30);
     w.muddy /= max(sums.mixed, 1e-30);
+    w.tilt = (w.tilt * p.turned) / max(sums.mixed, 1e-30);
     w.slope = w.slope * p.turned;
 }

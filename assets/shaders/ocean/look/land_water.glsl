@@ -35,7 +35,7 @@ void land_water_set(float code) {
 vec4 land_water_rough(vec3 D, float footprint_m) {
     float seen = clamp(1.5 - footprint_m / 30.0, 0.0, 1.0);
     float gusts = seen > 0.0 ? mix(0.3, smoothstep(-0.2, 1.2, sea_noise(D, 10)), seen) : 0.3;
-    float variance = CALM_VARIANCE + GUST_VARIANCE * gusts + SHOOTING_VARIANCE * g_stirred;
+    float variance = CALM_VARIANCE + GUST_VARIANCE * gusts + SHOOTING_VARIANCE * g_stirred * g_stirred;
     return vec4(0.5 * variance, 0.5 * variance, 0.0, 1.0);
 }
 
