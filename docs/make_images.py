@@ -75,7 +75,18 @@ def rivers() -> Image.Image:
     return Image.fromarray(made)
 
 
-SHEETS = {"paper": paper_sheet, "rivers": rivers}
+def gullies() -> Image.Image:
+    """The mountains of a view without and with them."""
+    scene, sheet = pf.load_scene("earth"), Image.new("RGB", (960, 360))
+    for column, erosion in enumerate((0.0, 1.0)):
+        scene.planet[pf.Terrain].erosion = erosion
+        with pf.Renderer(scene, (960, 540), "high") as renderer:
+            picture = renderer.snapshot(pf.view("valley", scene.planet)).image
+        sheet.paste(picture.crop((440, 40, 920, 400)), (480 * column, 0))
+    return sheet
+
+
+SHEETS = {"paper": paper_sheet, "rivers": rivers, "gullies": gullies}
 """Drawn by functions of their own: the sources' methods beside ours, and a map."""
 
 

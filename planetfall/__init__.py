@@ -73,6 +73,7 @@ if _TYPE_CHECKING:
     from .engine.hosts.window import has_display
     from .expected import expected_errors
     from .query.atmosphere import AtmosphereProbe
+    from .query.climate import Climate
     from .query.clouds import CloudProbe
     from .query.drainage import Drainage, River
     from .query.ocean import OceanSampler
@@ -85,6 +86,7 @@ if _TYPE_CHECKING:
 # neither waits for it nor needs a GPU.
 _LAZY = {
     "AtmosphereProbe": "query.atmosphere",
+    "Climate": "query.climate",
     "CloudProbe": "query.clouds",
     "Drainage": "query.drainage",
     "GLLimitError": "errors",
@@ -115,6 +117,7 @@ __all__ = [
     "AtmosphereProbe",
     "Camera",
     "CameraError",
+    "Climate",
     "CloudLayer",
     "CloudProbe",
     "Clouds",

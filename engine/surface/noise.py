@@ -265,10 +265,7 @@ class Corners:
             by = np.stack([dw[0] * w[1] * w[2], w[0] * dw[1] * w[2], w[0] * w[1] * dw[2]])
             for a in range(3):
                 for b in range(a, 3):
-                    if a == b:
-                        second = ddw[a] * w[(a + 1) % 3] * w[(a + 2) % 3]
-                    else:
-                        second = dw[a] * dw[b] * w[3 - a - b]
+                    second = ddw[a] * w[(a + 1) % 3] * w[(a + 2) % 3] if a == b else dw[a] * dw[b] * w[3 - a - b]
                     total[a, b] += by[a] * g[b] + g[a] * by[b] + second * value
         for a, b in ((0, 1), (0, 2), (1, 2)):
             total[b, a] = total[a, b]

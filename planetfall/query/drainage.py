@@ -69,7 +69,7 @@ def network_below(planet: Parts, cells: int = CELLS, progress: Callable[[float],
     terrain, shape = planet.get(Terrain), planet.get(Planet)
     if terrain is None or shape is None:
         raise ValueError("drainage: the planet has no Terrain, so there is nothing that water could run down")
-    params = TerrainParams.uncarved(terrain, shape.radius_m)
+    params = TerrainParams.from_component(terrain, shape.radius_m)
     return network_of(params, climate_params(terrain, planet.get(Ocean) is not None), cells, progress)
 
 

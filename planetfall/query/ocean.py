@@ -12,7 +12,8 @@ from ..components import Ocean, Planet, Terrain
 from ..engine.waves import WaveSet, at_directions, displacement, surface, wave_method, waves_of
 from ..engine.waves.shoaling import DEEP
 from ..engine.world import MissingError
-from ..systems.terrain.height import TerrainField, TerrainParams
+from ..systems.terrain.ground_params import ground_params
+from ..systems.terrain.height import TerrainField
 from .terrain import checked_directions
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class OceanSampler:
         self._method = str(ocean.method)
         self._ground: TerrainField | None = None
         if Terrain in handle:
-            self._ground = TerrainField(TerrainParams.from_component(handle[Terrain], self._radius_m))
+            self._ground = TerrainField(ground_params(handle[Terrain], self._radius_m))
 
     @property
     def radius_m(self) -> float:

@@ -53,7 +53,7 @@ class DrawnGround:
         stamp = _MadeFor(revision(component), revision(planet[Planet], "radius_m"))
         if self._held is None or self._held[0] != stamp:
             terrain = with_overrides(component, "terrain", self._settings)
-            params = TerrainParams.uncarved(terrain, planet.radius_m)
+            params = TerrainParams.from_component(terrain, planet.radius_m)
             self._held = (stamp, PaperField(params, int(self._settings["terrain.paper_layers"])))
         return self._held[1]
 

@@ -45,7 +45,7 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
             from ..systems.terrain.height_map import color_cube
 
             try:
-                TerrainParams.uncarved(terrain, radius)
+                TerrainParams.from_component(terrain, radius)
                 if terrain.color_map:
                     color_cube(terrain.color_map, wavelengths_of(settings))
             except ValueError as error:

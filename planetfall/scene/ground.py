@@ -49,11 +49,12 @@ class HeightFields:
         known = self._known.get(planet.entity)
         if known is not None and known[0] == stamp:
             return known[1]
-        from ..systems.terrain.height import TerrainField, TerrainParams
+        from ..systems.terrain.ground_params import ground_params
+        from ..systems.terrain.height import TerrainField
 
         before = known[1].params if known is not None and isinstance(known[1], TerrainField) else None
         try:
-            params = TerrainParams.from_component(terrain, planet.radius_m, sea, before)
+            params = ground_params(terrain, planet.radius_m, sea, before)
         except ValueError as error:
             if known is not None:
                 log.error("Terrain stays as it was: %s", error)

@@ -179,8 +179,9 @@ class Scene:
     ) -> list[River]:
         """The largest rivers of a planet's land by their water, the largest first; none without Terrain.
 
-        Solved from the broad shape of the ground (10 s for Earth), and kept in the user's cache folder; progress(share)
-        follows. ValueError for a planet without land or without sea level.
+        Solved from the broad shape of the ground (20 s for a planet like Earth), and kept in the user's cache folder;
+        those of the preset earth are part of the package. progress(share) follows. ValueError for a planet without
+        land or without sea level.
         """
         from ..query.drainage import network_below, rivers_of
 

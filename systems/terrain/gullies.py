@@ -146,15 +146,32 @@ def gully_layers(
     N): how the slope [a] changes with the place [b], for derivatives. bent (3, 3, N): how the place [a] that the warped
     layers are asked at changes with it [b]."""
     count, places = len(frequency), falls.shape[1]
-    share, wave = np.empty((count, places)), np.empty((count, places))
-    d_share = np.empty((3, count, places)) if d_falls is not None else None
-    d_wave = np.empty((3, count, places)) if d_falls is not None else None
+    share, wave = np.zeros((count, places)), np.zeros((count, places))
+    d_share = np.zeros((3, count, places)) if d_falls is not None else None
+    d_wave = np.zeros((3, count, places)) if d_falls is not None else None
+    whole = GullyLayers(share, wave, d_share, d_wave)
+    # Gentle ground has none, and so nothing that could make it steeper.
+    level = falls - up * (up * falls).sum(axis=0)
+    at = np.flatnonzero((level * level).sum(axis=0) > LEAST * LEAST)
+    if not at.size:
+        return whole
+    some = at.size < places
+    if some:
+        falls, up, rough = falls[:, at], up[:, at], rough[at]
+        d_falls = None if d_falls is None else d_falls[:, :, at]
+        bent = None if bent is None else bent[:, :, at]
+        share, wave = np.empty((count, at.size)), np.empty((count, at.size))
+        d_share = None if d_share is None else np.empty((3, count, at.size))
+        d_wave = None if d_wave is None else np.empty((3, count, at.size))
     for k in range(count):
         level = falls - up * (up * falls).sum(axis=0)
         steep = np.sqrt((level * level).sum(axis=0))
         inverse = 1.0 / np.maximum(steep, 1e-6)
         along = _cross(up, level) * inverse
-        found = _Wave(layers(k), along)
+        cells = layers(k)
+        if some:
+            cells = Corners(cells.fraction[:, :, at], cells.gradients[:, :, :, at])
+        found = _Wave(cells, along)
         t = np.clip((steep - LEAST) * (1.0 / (FULL - LEAST)), 0.0, 1.0)
         share[k] = strength * (t * t * (3.0 - 2.0 * t))
         wave[k] = AMPLITUDE * found.value.real
@@ -172,7 +189,11 @@ def gully_layers(
             d_pull = d_share[:, k] * found.value.imag + share[k] * change.imag
             d_falls = d_falls + steers * (along[:, None] * d_pull[None] + pull * turning)
         falls = falls + steers * pull * along
-    return GullyLayers(share, wave, d_share, d_wave)
+    if some:
+        whole.share[:, at], whole.wave[:, at] = share, wave
+        if whole.d_share is not None and whole.d_wave is not None:
+            whole.d_share[:, :, at], whole.d_wave[:, :, at] = d_share, d_wave
+    return whole
 
 
 def shader() -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.surface.noise import Corners
+from ...engine.surface.noise import Corners, Scratch
 from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_slopes, gully_layers
 from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
@@ -22,6 +22,7 @@ __all__ = ["eroded_gradients", "eroded_noises"]
 Floats = NDArray[np.float64]
 
 _WEIGHTS = np.stack(continent_weights())
+_SCRATCH, _WARPED_SCRATCH = Scratch(), Scratch()
 _DOWN = slice(FIELDS, FIELDS + FALLING_LAYERS)
 
 
@@ -95,13 +96,13 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
 
 
 def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
-    unwarped = model.unwarped.cells(points)
+    unwarped = model.unwarped.cells(points, _SCRATCH)
     warps = unwarped.part(slice(0, 2))
     w, jacobian = warps.vector_derivative() if slopes else (warps.vector(), None)
     near = points + w[:, 1] * model.warp_m[1]
     far = near + w[:, 0] * model.warp_m[0]
     layers = model.warped_layers
-    warped = model.warped.cells(np.repeat(np.stack([far, near], axis=1), (FIELDS, layers), axis=1))
+    warped = model.warped.cells(np.repeat(np.stack([far, near], axis=1), (FIELDS, layers), axis=1), _WARPED_SCRATCH)
     fine = unwarped.part(slice(2, None))
     end = FIELDS + layers
     noise = np.empty((FIELDS + model.layers, points.shape[1]))

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from ...engine.surface.map_files import MapError
-from .drainage.climate import climate_params
 from .height_map import HeightMap, height_map
-from .rivers.source import RiverKey, source
 from .rivers.table import RiverTable
 
 __all__ = ["TerrainParams"]
@@ -119,25 +117,11 @@ class TerrainParams:
         object.__setattr__(self, "lowest_m", min(self.lowest_m, low - room))
 
     @staticmethod
-    def from_component(
-        terrain: Any, radius_m: float, sea: bool = True, before: TerrainParams | None = None
-    ) -> TerrainParams:
+    def from_component(terrain: Any, radius_m: float) -> TerrainParams:
         """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults.
 
-        Reads the height map, if it names one, and solves the rivers, if there are to be any. sea: whether the planet
-        has an Ocean; without one nothing rains. before: the ground so far, whose rivers stay while new ones are solved
-        in the background (rivers/source.py).
+        Reads the height map, if it names one. Without rivers: ground_params.py adds them.
         """
-        found = TerrainParams.uncarved(terrain, radius_m)
-        strength = float(getattr(terrain, "rivers", 0.0))
-        if strength <= 0.0:
-            return found
-        key = RiverKey(found, climate_params(terrain, sea), int(terrain.drainage_cells), strength)
-        return replace(found, rivers=source.now(key) if before is None else source.soon(key, before.rivers))
-
-    @staticmethod
-    def uncarved(terrain: Any, radius_m: float) -> TerrainParams:
-        """`from_component` without rivers."""
         path, range_m = getattr(terrain, "height_map", ""), getattr(terrain, "height_map_range_m", None)
         if range_m is not None and not range_m[0] < range_m[1]:
             raise MapError(

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ...engine.space import ray_sphere_from
 from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
-from .height_surface import limit
-from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at
+from .height_octaves import STEEPEST_BANK
+from .height_surface import carve, limit
+from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at, valleys_at
 
 __all__ = ["raycast"]
 
@@ -75,12 +76,12 @@ def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distan
 class _Places:
     """Places on rays at which the ground is known, as arrays that are cut down together."""
 
-    columns = ("ray", "t", "above", "base", "z", "craters", "clearance", "kind", "feet")
+    columns = ("ray", "t", "above", "base", "z", "craters", "clearance", "kind", "feet", "cut")
 
     def __init__(self) -> None:
         self.ray = np.zeros(0, np.int64)
-        self.feet, self.kind = np.zeros((3, 0)), np.zeros((len(Kind), 0))
-        for name in self.columns[1:-2]:
+        self.feet, self.kind, self.cut = np.zeros((3, 0)), np.zeros((len(Kind), 0)), np.zeros((3, 0))
+        for name in self.columns[1:-3]:
             setattr(self, name, np.zeros(0))
 
     t: Floats
@@ -108,7 +109,7 @@ class _Search:
 
     def __init__(self, field: TerrainField, origins: Floats, directions: Floats, near: Floats, end: Floats) -> None:
         self.field = field
-        self.model, self.craters = field.model, field.model.craters
+        self.model, self.craters, self.rivers = field.model, field.model.craters, field.model.params.rivers
         self.origins, self.directions, self.near, self.end = origins, directions, near, end
         self.stretch = field.radius_m / (field.radius_m + min(field.lowest_m, 0.0))
         self.smooth_m = _SMOOTH * float(self.model.wavelength_m[-1])
@@ -162,6 +163,7 @@ class _Search:
         found.ray, found.t, found.above = ray, t, away - self.field.radius_m
         found.feet = p * (self.field.radius_m / away)
         found.base, found.z, found.kind = ground_at(found.feet, detail)
+        found.cut = valleys_at(found.feet, detail)
         found.craters, found.clearance = np.zeros(len(t)), np.zeros(len(t))
         return found
 
@@ -202,7 +204,11 @@ class _Search:
         places = self.places
         rough = places.kind[Kind.ROUGH]
         ground = places.base + rough * (places.z + detail.mean_m) + places.craters
-        places.clearance = places.above - limit(self.model.constants, ground)
+        ground = limit(self.model.constants, ground)
+        carved = ground
+        if self.rivers is not None:
+            carved = carve(ground, *places.cut)
+        places.clearance = places.above - carved
         rest = rough * detail.rest_m + detail.craters_down_m
         sunk = np.flatnonzero(places.clearance <= -_DOUBT * rest)
         on_way = sunk[places.t[sunk] > self.near[places.ray[sunk]]]
@@ -216,6 +222,10 @@ class _Search:
         rise = detail.rise(reach, np.maximum(places.kind[:, a], places.kind[:, b]))
         if self.craters is not None:
             rise += self.paths.rise(self.craters, reach)
+        if self.rivers is not None:
+            cut_m, base_m = np.abs(ground - carved), np.abs(ground - places.cut[0])
+            slope = self.rivers.steepest_per_m * (np.maximum(base_m[a], base_m[b]) + rise) + STEEPEST_BANK
+            rise += np.minimum(np.maximum(cut_m[a], cut_m[b]), 0.5 * reach * slope)
         ca, cb = places.clearance[a], places.clearance[b]
         keep = before & (np.minimum(ca, cb) < rise)
         if detail.whole:

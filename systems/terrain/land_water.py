@@ -52,7 +52,8 @@ class LandWater:
         far: Callable[[], bool],
         seen: Callable[[], bool],
     ) -> None:
-        """far: whether all pixels are so wide that floats do; bind_heights: of the view, once it is drawn; seen: whether any ground is."""
+        """bind_heights: of the view, once it is drawn; far: whether all pixels are so wide that floats do; seen:
+        whether any ground is."""
         across, down = tiles_of(info.size)
         builder.add_pass(
             LAND_WATER,

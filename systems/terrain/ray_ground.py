@@ -5,6 +5,10 @@ plus
 
     E(D) = sum of slope min(D / 2, D^2 / width) + rough e(D) + craters(D) + D^2 / (8 r)
 
+Rivers and gullies: all layers are looked at where some are gullies, since these follow the longer ones. Below uncarved
+ground rivers only cut: over a stretch whose ends they have cut by c at most ground rises by the least of c and D / 2
+times the valleys' slope more.
+
 The sum is over continents, ranges and map: slope: how steep each gets about the two ends; width: over how much of the
 way it bends. rough: multiplier of the relief layers; e(D): of these together, four standard deviations, where layers
 shorter than 2 D count as a whole, so that they need not be looked at. craters: those that reach the stretch one by one,
@@ -28,8 +32,9 @@ from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, noises, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
 from .height_surface import hypsometry_slope, surface_parts
+from .rivers.valleys import valleys
 
-__all__ = ["Detail", "Kind", "detail_of", "ground_at", "layers_at"]
+__all__ = ["Detail", "Kind", "detail_of", "ground_at", "layers_at", "valleys_at"]
 
 Floats = NDArray[np.float64]
 
@@ -98,6 +103,8 @@ def _detail(model: _Same, length_m: float) -> Detail:
     whole = model.model
     wavelength, share = whole.wavelength_m, np.abs(whole.ridge)
     layers = max(int(np.count_nonzero(wavelength >= _KEPT * length_m)), min(WARPED_LAYERS, whole.layers))
+    if whole.gullied:
+        layers = whole.layers
     octaves, up, down = 0, 0.0, 0.0
     if whole.craters:
         octaves = int(np.count_nonzero(1.0 / whole.craters.frequency >= length_m))
@@ -196,6 +203,16 @@ def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats]:
         kind[Kind.MAP] = slopes_at(found, feet, model.params.radius_m)
     kind[Kind.ROUGH] = rough
     return base, z, kind
+
+
+def valleys_at(feet: Floats, detail: Detail) -> Floats:
+    """(3, N): what rivers make of the ground at places (3, N): their own height, what is left above that, and filled
+    below it."""
+    table = detail.model.params.rivers
+    if table is None:
+        return np.repeat([[0.0], [1.0], [0.0]], feet.shape[1], axis=1)
+    parts = [valleys(table, feet[:, a : a + BLOCK]) for a in range(0, feet.shape[1], BLOCK)]
+    return np.stack([np.concatenate([getattr(p, name) for p in parts]) for name in ("base_m", "open", "raised")])
 
 
 def layers_at(feet: Floats, before: Detail, now: Detail) -> Floats:

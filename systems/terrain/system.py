@@ -38,6 +38,7 @@ from ...engine.world import World
 from .backends import Backend, Ground, GroundRevision, backend_of, use_backend
 from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
+from .ground_params import ground_params
 from .height import TerrainField, TerrainParams
 from .height_map import color_cube
 from .height_table import octave_table
@@ -169,7 +170,7 @@ class TerrainSystem(System):
         before = self._ground.params if self._field_revision is not None else None
         self._field_revision = stamp
         try:
-            params = TerrainParams.from_component(self._component, body.radius_m, sea, before)
+            params = ground_params(self._component, body.radius_m, sea, before)
             color = color_cube(self._component.color_map, self._nm) if self._component.color_map else None
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.

@@ -90,3 +90,28 @@ def test_the_command_lists_and_draws_them(tmp_path: Path, capsys: pytest.Capture
         0.6 < np.average(sea, weights=np.repeat(np.cos((np.arange(256) - 127.5) / 256 * np.pi)[:, None], 512, 1)) < 0.8
     )
     assert 0.005 < rivers.mean() < 0.1
+
+
+def test_the_climate_is_that_of_the_rivers(scene: pf.Scene) -> None:
+    sampler = pf.TerrainSampler(scene, drainage_cells=CELLS)
+    rng = np.random.default_rng(2)
+    places = rng.normal(size=(3000, 3))
+    places /= np.linalg.norm(places, axis=1)[:, None]
+    found, height = sampler.climate(places), sampler.height(places)
+    terrain = scene.planet[pf.Terrain]
+    # The standard atmosphere's lapse, from -6 degrees at the snow line; the sea is as warm as its level.
+    warmer = found.temperature_c + 6.0 - 0.0065 * (found.snow_line_m - np.maximum(height, 0.0))
+    assert np.abs(warmer).max() < 1e-9
+    poles = sampler.climate([(0.0, 0.0, 2.0), (1.0, 0.0, 0.0)])
+    assert poles.snow_line_m == pytest.approx([terrain.snow_line_pole_m, terrain.snow_line_m])
+    assert (found.rain_m_year >= 0.0).all() and 0.4 < found.rain_m_year[height > 0.0].mean() < 1.6
+    # Nothing runs off that has not fallen: water that leaves a catchment is less than its rain.
+    river = scene.rivers(1)[0]
+    leaves_m_year = river.discharge_m3_s * 365.2425 * 86400.0 / river.catchment_m2
+    assert leaves_m_year < sampler.climate(river.path).rain_m_year.max()
+    again = pf.TerrainSampler(scene, drainage_cells=CELLS).climate(places)
+    assert np.array_equal(again.rain_m_year, found.rain_m_year)
+    with pf.load_scene("mars") as dry:
+        assert not pf.TerrainSampler(dry).climate(places[:10]).rain_m_year.any()
+    with pytest.raises(ValueError, match=r"directions\[1\]"):
+        sampler.climate([(1.0, 0.0, 0.0), (0.0, 0.0, 0.0)])

@@ -16,8 +16,8 @@ from planetfall.systems.terrain.backends.base import Backend
 from planetfall.systems.terrain.backends.grid import GridBackend
 from planetfall.systems.terrain.backends.paper_grid import PaperGridBackend
 from planetfall.systems.terrain.backends.quadtree import QuadtreeBackend
+from planetfall.systems.terrain.ground_params import ground_params
 from planetfall.systems.terrain.height import TerrainField
-from planetfall.systems.terrain.height_params import TerrainParams
 
 SIZE = (96, 54)
 RADIUS_M, TOP_M = 6.371e6, 9000.0
@@ -78,7 +78,7 @@ def test_a_wider_picture_is_never_farther() -> None:
 def test_ground_is_never_said_to_be_lower_than_it_is(planet: str) -> None:
     scene = pf.load_scene(planet)
     radius = scene.planet.radius_m
-    field = TerrainField(TerrainParams.from_component(scene.planet[pf.Terrain], radius))
+    field = TerrainField(ground_params(scene.planet[pf.Terrain], radius))
     rng, told = np.random.default_rng(7), 0
     for _ in range(25):
         up = rng.normal(size=3)
@@ -105,7 +105,7 @@ def test_a_peak_over_the_valley_is_seen() -> None:
     scene = pf.load_scene("earth")
     state = pf.view("valley").resolve(scene, 16.0 / 9.0)
     radius = scene.planet.radius_m
-    field = TerrainField(TerrainParams.from_component(scene.planet[pf.Terrain], radius))
+    field = TerrainField(ground_params(scene.planet[pf.Terrain], radius))
     up, count = state.direction, 360
     theta = np.geomspace(20.0, 4e4, 200) / radius
     angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from river_kit import with_rivers
 
+from planetfall.benchmarks.measure import queries
 from planetfall.engine.blocks.bindings import RIVERS_UNIT
+from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.height import TerrainField, TerrainParams, height, height_and_gradient, height_at_points
 from planetfall.systems.terrain.height_table import canonical_table, octave_table
 from planetfall.systems.terrain.rivers.table import RiverTable, cell_keys, river_table
@@ -202,3 +204,25 @@ def test_canonical_heights(evaluate, radius_m):
     )  # fmt: skip
     error = np.abs(found["x"].astype(np.float64) + found["y"] - height(at, params))
     assert error.max() <= 1e-3
+
+
+# -- rays --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("erosion", [0.0, 1.0])
+def test_no_ground_before_the_hit(earth, erosion):
+    """A march of half metres along rays beside rivers finds nothing that a cast has passed, but a centimetre."""
+    params, nodes = earth
+    sampler = TerrainSampler.from_params(replace(params, erosion=erosion))
+    up = near_rivers(params, nodes, 60, 3e3, seed=11)
+    rng = np.random.default_rng(4)
+    side = np.cross(up, rng.normal(size=up.shape))
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    pitch = np.radians(rng.uniform(-10.0, 1.0, len(up)))[:, None]
+    origins = up * (params.radius_m + sampler.height(up) + 20.0)[:, None]
+    asked = queries.Rays("", origins, side * np.cos(pitch) + up * np.sin(pitch), 3000.0)
+    hit, distance = sampler.raycast(asked.origins_m, asked.directions, asked.reach_m)
+    assert 0.3 < hit.mean() < 1.0
+    late, looked = queries.earlier_ground(sampler, asked, hit, distance, 0.5)
+    assert looked > 3000 and late.max() < 0.01
+    assert queries.residual_m(sampler, asked, hit, distance) < 1e-6

@@ -10,7 +10,8 @@
 layout(binding = RIVERS_UNIT) uniform usampler2D u_terrain_rivers;
 
 ivec4 river_texel(int index) {
-    return ivec4(texelFetch(u_terrain_rivers, ivec2(index & (RIVER_TEXTURE_WIDTH - 1), index >> RIVER_TEXTURE_BITS), 0));
+    ivec2 place = ivec2(index & (RIVER_TEXTURE_WIDTH - 1), index >> RIVER_TEXTURE_BITS);
+    return ivec4(texelFetch(u_terrain_rivers, place, 0));
 }
 
 // Lines that pass a cell: from x on, y of them. The sphere passes a column on either side of the equator.

@@ -1,8 +1,9 @@
 """Levels of the rivers: ground lowered along the ways of its water until none climbs.
 
-The ground of cells is cut by the stream power law, dz/dt = -K sqrt(A) dz/dx with A the catchment, in a few implicit
-steps from the sea up (Braun and Willett 2013): valleys become concave, and steep reaches move upstream the further the
-more water they have. Between the steps the ways are found anew, so that water follows the valleys that it has cut.
+The ground of cells is cut by the stream power law, dz/dt = -K sqrt(A) dz/dx with A the catchment by its water, in a few
+implicit steps from the sea up (Braun and Willett 2013): valleys become concave, and steep reaches move upstream the
+further the more water they have. Between the steps the ways are found anew, so that water follows the valleys that it
+has cut.
 Hollows that hold a lake keep it, at the level of their pass; passes of the others are cut down to their floors.
 Operations are + - x / sqrt alone, as in `routing`.
 """
@@ -22,12 +23,15 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-INCISION = 1.0
+INCISION = 1.25
 """How far rivers have cut, K times the time: steep reaches have come so many roots of their catchment upstream."""
+_MEAN_RUNOFF_M, _DRY, _WETTEST = 0.36, 0.25, 2.0
+"""Runoff of a year where all land of a catchment counts; how much that counts which has none, cut by rare floods, and
+that which has most."""
 _STEPS = 3
 _DEEPEST_M = 1500.0
 """Below the cells' low ground; only passes that would hold water back are cut further."""
-_LAKE_DEPTH_M, _LAKE_CELLS = 20.0, 300
+_LAKE_DEPTH_M, _LAKE_CELLS = 60.0, 300
 _LAKE_EVAPORATES_M_YEAR = 1.0
 """Water that a lake loses to the air and that has to come in (Penman's estimates run from 0.6 in the cold to 2)."""
 
@@ -68,13 +72,18 @@ def carve(ground: CellGround, incision: float = INCISION) -> Carved:
         flow = flow_of(floor, ground.sea, ground.neighbours, ground.distance_m)
         held, lake = _held(ground, flow, floor)
         apart = _apart(ground, flow)
-        catchment = add_downstream(flow, np.where(ground.sea, 0.0, ground.area_m2))
+        catchment = add_downstream(flow, np.where(ground.sea, 0.0, ground.area_m2 * _wetness(ground.water_m)))
         factor = incision / _STEPS * np.sqrt(catchment) / apart
         level = _incised(flow, held, lake, factor, np.minimum(held, deepest))
         floor = np.where(lake, np.minimum(floor, level), level)
     flow = flow_of(floor, ground.sea, ground.neighbours, ground.distance_m)
     level, lake = _held(ground, flow, floor)
     return Carved(flow, level, lake, np.where(lake, floor, level))
+
+
+def _wetness(water_m: Floats) -> Floats:
+    """What land counts for in a catchment, by the water that runs off it in a year: 1 for Earth's mean."""
+    return _DRY + (1.0 - _DRY) * np.minimum(water_m * (1.0 / _MEAN_RUNOFF_M), _WETTEST)
 
 
 def _apart(ground: CellGround, flow: Flow) -> Floats:

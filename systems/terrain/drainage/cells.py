@@ -64,6 +64,14 @@ class CellGrid:
         face, j = np.divmod(row, self.across)
         return self._at(face, i + offsets[:, 0], j + offsets[:, 1])
 
+    def offsets(self, cells: Cells, directions: Floats) -> Floats:
+        """Offsets (N, 2) in cells of directions (N, 3), near cells (N,), from the middles of these."""
+        row, i = np.divmod(np.asarray(cells, dtype=np.int64), self.across)
+        face, j = np.divmod(row, self.across)
+        local = to_face(face, directions)
+        place = (_unwarp(local[:, :2] / local[:, 2:]) * 0.5 + 0.5) * self.across - 0.5
+        return place - np.stack([i, j], axis=1)
+
     def _at(self, face: NDArray[np.int64], i: Floats | NDArray[np.int64], j: Floats | NDArray[np.int64]) -> Floats:
         s, t = (_warp((2.0 * k + 1.0) / self.across - 1.0) for k in (i, j))
         vector = to_planet(face, np.stack([s, t, np.ones_like(s)], axis=-1))

@@ -9,14 +9,14 @@ left. Operations are + - x / sqrt alone, so that equal grounds have equal rain t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ....components import Terrain
 from .cells import NO_CELL, CellGrid
 
-__all__ = ["ACROSS", "ClimateParams", "climate_params", "rain_mm", "runoff_mm", "temperature_c", "winds"]
+__all__ = ["ACROSS", "ClimateParams", "climate_params", "rain_mm", "runoff_mm", "snow_line_m", "temperature_c", "winds"]
 
 Floats = NDArray[np.float64]
 
@@ -54,17 +54,23 @@ class ClimateParams:
     """without one nothing rains"""
 
 
-def climate_params(terrain: Any, sea: bool = True) -> ClimateParams:
+def climate_params(terrain: Terrain, sea: bool = True) -> ClimateParams:
     """What the rain depends on, beside heights: nothing rains on a planet without Ocean."""
     return ClimateParams(terrain.snow_line_m, terrain.snow_line_pole_m, terrain.humidity, sea)
 
 
 def temperature_c(directions: Floats, height_m: Floats, params: ClimateParams) -> Floats:
     """Means of the year (N,) at heights (N,), from the snow line that the ground's materials show."""
+    found = SNOW_LINE_C + LAPSE_K_PER_M * (snow_line_m(directions, params) - np.maximum(height_m, 0.0))
+    return np.minimum(found, HOTTEST_C)
+
+
+def snow_line_m(directions: Floats, params: ClimateParams) -> Floats:
+    """Heights (N,) from which on snow lasts: those of the equator and of the poles, and between them as the ground's
+    materials have it."""
     square = directions[:, 2] * directions[:, 2]
     rise_m = (params.snow_line_pole_m - params.snow_line_m) * square * (0.4 + 0.6 * np.sqrt(square))
-    found = SNOW_LINE_C + LAPSE_K_PER_M * (params.snow_line_m + rise_m - np.maximum(height_m, 0.0))
-    return np.minimum(found, HOTTEST_C)
+    return params.snow_line_m + rise_m
 
 
 def winds(directions: Floats) -> Floats:

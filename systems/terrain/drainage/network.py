@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cells import CellGrid
-from .places import place_directions
+from .places import offset_directions
 from .routing import Flow, add_downstream, levels_of
 
 __all__ = ["CELLS", "YEAR_S", "Network", "Stream"]
@@ -45,8 +45,8 @@ class Network:
     """their numbers in the grid"""
     receiver: Indices
     """where a cell's water goes; itself in the sea"""
-    place: NDArray[np.uint8]
-    """where in the cell the water runs, see places.py"""
+    offset: NDArray[np.int8]
+    """(N, 2) where in the cell the water runs, see places.py"""
     runoff_mm: Floats
     """water of a year that runs off a cell"""
 
@@ -58,7 +58,7 @@ class Network:
     @cached_property
     def places(self) -> Floats:
         """Unit directions (N, 3) of where water runs in the cells; their middles in the sea."""
-        found = place_directions(self.grid, self.cells, self.place)
+        found = offset_directions(self.grid, self.cells, self.offset)
         return np.where(self.sea[:, None], self.directions, found)
 
     @cached_property
@@ -102,14 +102,23 @@ class Network:
         found[self.cells] = np.arange(len(self.cells))
         return found
 
+    @cached_property
+    def _by_water(self) -> Indices:
+        """Cells of land from little water to much; of equals, as in dry valleys, from little land to much."""
+        land = np.flatnonzero(~self.sea)
+        return land[np.lexsort((-land, self.catchment_m2[land], self.discharge_m3_s[land]))]
+
+    @cached_property
+    def main(self) -> Indices:
+        """(N,) of the cells whose water comes to each the one with the most; -1: none."""
+        found = np.full(len(self.receiver), -1)
+        found[self.receiver[self._by_water]] = self._by_water  # the last to be written is the largest
+        return found
+
     def streams(self, most: int) -> list[Stream]:
         """The rivers with the most water where they end, the largest first. At a confluence the branch with more water
         keeps its name; of equals, as in dry valleys, that with more land."""
-        receiver, land = self.receiver, np.flatnonzero(~self.sea)
-        # From little to much, so that the last to be written is the largest.
-        by_water = land[np.lexsort((-land, self.catchment_m2[land], self.discharge_m3_s[land]))]
-        main = np.full(len(receiver), -1)
-        main[receiver[by_water]] = by_water
+        receiver, by_water, main = self.receiver, self._by_water, self.main
         # Into the sea each goes for itself.
         ends = (main[receiver[by_water]] != by_water) | self.sea[receiver[by_water]]
         owner, found = np.full(len(receiver), -1), []

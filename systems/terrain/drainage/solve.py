@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from ..height import height
 from ..height_octaves import model_of
 from ..height_params import TerrainParams
-from .carve import INCISION, Carved, CellGround, carve, lowered
+from .carve import INCISION, CellGround, carve, lowered
 from .cells import NO_CELL, CellGrid, cell_grid
 from .climate import ACROSS, ClimateParams, rain_mm, runoff_mm, temperature_c
 from .network import CELLS, Network
-from .places import PLACES, place_directions
+from .places import FINER, PLACES, place_directions, place_offsets, smoothed
 from .routing import add_downstream, flow_of
 from .streams import StreamCells
 from .valleys import stream_cells
 
-__all__ = ["Solution", "across_of", "rain_of", "solve", "solve_streams"]
+__all__ = ["Solution", "across_of", "rain_of", "solve", "solve_streams", "uncarved"]
 
 log = logging.getLogger(__name__)
 
@@ -34,13 +34,13 @@ Indices = NDArray[np.int64]
 _LEAST_ACROSS = 16
 _LAYERS = 6
 """Of the ground's relief that cells can show: down to 4 km."""
+_GROUND_LAYERS = 10
+"""Of the ground on which the shore is looked for: down to 256 m. No river depends on finer ones."""
 _AIR_LAYERS = 2
 """The same of the cells on which air moves: down to 65 km."""
 _BLOCK = 1 << 16
 _SAMPLED_CELLS = 1.9
 """Catchment, in mean cells, from which on a cell's low ground is looked for."""
-_FINER = 0.25
-"""Relief of the layers that cells don't show, by how far the lowest of a cell's places lies below their mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +77,7 @@ def solve_streams(
     """As `solve`, with the cells of its streams and lakes and their valleys."""
     grid = cell_grid(across_of(cells))
     told = progress or (lambda share: None)
+    params = uncarved(params)
     broad = replace(params, layers=min(params.layers, _LAYERS))
     heights = _heights(grid, broad, lambda share: told(0.35 * share))
     land = np.flatnonzero(heights > 0.0).astype(np.int32)
@@ -105,6 +106,8 @@ def solve_streams(
     told(0.5)
     low.look(_with_catchment(grid, params.radius_m, add_downstream(flow, np.where(sea, 0.0, area_m2)), sea))
     told(0.7)
+    # Distances are those of the places: ways between middles would prefer the lattice's directions.
+    distance_m = _distances(low.places(directions), neighbours) * params.radius_m
     ground = CellGround(low.low_m, sea, neighbours, distance_m, area_m2, runs * 1e-3)
     carved = carve(ground, incision)
     told(0.95)
@@ -112,14 +115,36 @@ def solve_streams(
     catchment = add_downstream(carved.flow, np.where(sea, 0.0, area_m2))
     low.look(_with_catchment(grid, params.radius_m, catchment, sea) & ~carved.lake)
     carved = lowered(carved, low.low_m)
-    network = Network(grid, params.radius_m, kept, carved.flow.receiver, low.place, runs)
+    offset = place_offsets(kept, low.place)
+    rough = Network(grid, params.radius_m, kept, carved.flow.receiver, offset, runs)
+    network = replace(rough, offset=_rounded(rough, _with_catchment(grid, params.radius_m, catchment, sea)))
     streams = stream_cells(network, carved, ground, low.relief_m, model_of(params))
     log.info(
         "%d cells of land, %d of a stream, %d of lakes, %d steps from the sea",
         len(land), len(streams.cells), int(carved.lake.sum()), len(flow.starts) - 2,
     )  # fmt: skip
     told(1.0)
-    return Solution(network, streams)
+    # Where no stream is nothing has been looked for; what is read from a file knows no more.
+    plain = place_offsets(kept, 0)
+    plain[np.searchsorted(kept, streams.cells)] = streams.offset
+    return Solution(replace(network, offset=plain), streams)
+
+
+def _rounded(network: Network, wanted: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Offsets (N, 2) with the corners of the ways through the cells (N,) wanted rounded."""
+    main, receiver = network.main, network.receiver
+    cells = np.flatnonzero(wanted & (main >= 0))
+    places, offset = network.places, network.offset.copy()
+    offset[cells] = smoothed(
+        network.grid, network.cells[cells], places[cells], places[main[cells]], places[receiver[cells]]
+    )
+    return offset
+
+
+def uncarved(params: TerrainParams) -> TerrainParams:
+    """The ground on which rivers find their way: without what they make of it, and without gullies, which lie between
+    its cells."""
+    return replace(params, rivers=None, erosion=0.0, colored=False, layers=min(params.layers, _GROUND_LAYERS))
 
 
 def across_of(cells: int) -> int:
@@ -130,7 +155,8 @@ def across_of(cells: int) -> int:
 def rain_of(params: TerrainParams, climate: ClimateParams) -> Floats:
     """Rain of a year in mm on the cells on which air moves."""
     coarse = cell_grid(ACROSS)
-    return rain_mm(coarse, _heights(coarse, replace(params, layers=min(params.layers, _AIR_LAYERS))), climate)
+    broad = replace(uncarved(params), layers=min(params.layers, _AIR_LAYERS))
+    return rain_mm(coarse, _heights(coarse, broad), climate)
 
 
 def _with_catchment(grid: CellGrid, radius_m: float, catchment_m2: Floats, sea: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -149,6 +175,12 @@ class _LowGround:
         self.relief_m = np.zeros(len(cells))
         """by how far the lowest place lies below the mean"""
 
+    def places(self, middles: Floats) -> Floats:
+        """Unit directions (N, 3) of the lowest places; the cells' middles where nobody has looked."""
+        found = middles.copy()
+        found[self._seen] = place_directions(self._grid, self._cells[self._seen], self.place[self._seen])
+        return found
+
     def look(self, wanted: NDArray[np.bool_]) -> None:
         """At the places of the cells (N,) wanted, where that has not been done. Places in the sea are left out."""
         found = np.flatnonzero(wanted & ~self._seen)
@@ -166,7 +198,7 @@ class _LowGround:
             lowest, chosen = np.where(lower, here, lowest), np.where(lower, np.uint8(place), chosen)
         lowest = np.minimum(lowest, middle)
         self.relief_m[found] = np.maximum(total * (1.0 / PLACES) - lowest, 0.0)
-        self.low_m[found] = np.maximum(lowest - _FINER * self.relief_m[found], 0.0)
+        self.low_m[found] = np.maximum(lowest - FINER * self.relief_m[found], FINER * lowest)
         self.place[found] = chosen
         self._seen[found] = True
 

@@ -6,6 +6,7 @@ the same bits as what has just been solved.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 
 __all__ = [
     "FLAT_SHARE",
-    "LEVEL_M",
+    "LAKE_CELLS",
     "MOUTH_PARTS",
     "REACH_M",
     "StreamCells",
+    "level_unit_m",
     "mouth_directions",
     "packed_discharge",
     "unpacked_discharge",
@@ -25,12 +27,12 @@ __all__ = [
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-LEVEL_M = 0.25
-"""Levels are kept in these."""
-REACH_M = 32.0
-"""Reaches are, on a planet of Earth's size."""
+REACH_M = 40.0
+"""Reaches are kept in these on a planet of Earth's size, up to 10 km."""
 FLAT_SHARE = 0.45
 """No valley's floor is wider than this share of the valley."""
+LAKE_CELLS = 0.6
+"""A lake's node is no wider to either side than this, in cells."""
 MOUTH_PARTS = 255
 """Of the way from a stream's last cell to the middle of the sea's: by these the shore's place is told."""
 
@@ -42,20 +44,26 @@ class StreamCells:
     cells: NDArray[np.int32]
     step: NDArray[np.uint8]
     """which of the eight neighbours water goes to"""
-    place: NDArray[np.uint8]
-    """see places.py"""
+    offset: NDArray[np.int8]
+    """(N, 2) see places.py"""
     level: NDArray[np.uint16]
-    """of water, in LEVEL_M"""
+    """of water, in level_unit_m"""
     discharge: NDArray[np.uint16]
     """m^3/s: the upper half of a float32"""
     flat: NDArray[np.uint8]
-    """half of the valley's floor: in 255ths of FLAT_SHARE of its reach"""
+    """half of the valley's floor, in 255ths of FLAT_SHARE of its reach; in a lake half of the water, in 255ths of
+    LAKE_CELLS"""
     reach: NDArray[np.uint8]
     """from the river to the valley's edge, in REACH_M"""
     lake: NDArray[np.uint16]
-    """depth of a lake in LEVEL_M, from 1 up; 0: none"""
+    """depth of a lake in level_unit_m, from 1 up; 0: none"""
     mouth: NDArray[np.uint8]
     """where the shore is on the way to the sea's cell, in MOUTH_PARTS; 0: the stream goes on on land"""
+
+
+def level_unit_m(highest_m: float) -> float:
+    """In what levels are kept on a planet with no ground above that: a power of two, 0.25 m on Earth."""
+    return math.ldexp(1.0, math.frexp(max(highest_m, 1e-3) / 65535.0)[1])
 
 
 def packed_discharge(discharge_m3_s: Floats) -> NDArray[np.uint16]:

@@ -7,18 +7,18 @@ belongs to all cells from which its valley can be reached.
 
 from __future__ import annotations
 
+import hashlib
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.surface.noise import Lattice, octave_offset
-
-if TYPE_CHECKING:
-    from .nodes import RiverNodes
+from ....engine.table_cache import TableCache
+from .node_arrays import RiverNodes
 
 __all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_cell_m", "river_table"]
 
@@ -108,10 +108,8 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int) -> RiverTable:
     columns = (nodes.level_m, nodes.half_width_m, nodes.depth_m, nodes.flat_m, nodes.reach_m, nodes.lake)
     for k, column in enumerate((*columns, nodes.discharge_m3_s)):
         values[:, k] = column
-    keys, begin, lines = _cells_of(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
-    # The widest first: who looks from afar leaves out the others.
-    wide = _half_widths(nodes.to, values)[lines]
-    lines = lines[np.lexsort((lines, -wide, np.repeat(np.arange(len(keys)), np.diff(begin))))]
+    keys, begin, lines = _kept_cells(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
+    lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines)
 
 
@@ -120,7 +118,42 @@ def _half_widths(to: Integers, values: NDArray[np.float32]) -> NDArray[np.float3
     return np.where(to >= 0, np.maximum(values[:, 1], values[to, 1]), np.float32(0.0))
 
 
+def _widest_first(lines: Integers, begin: Integers, half_width: NDArray[np.float32]) -> Integers:
+    """Those of each cell by how wide they are: who looks from afar leaves out the others."""
+    rank = np.empty(len(half_width), dtype=np.int64)
+    rank[np.argsort(-half_width, kind="stable")] = np.arange(len(half_width))
+    cell = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
+    return lines[np.argsort(cell * len(half_width) + rank[lines], kind="stable")]
+
+
 _CHUNK = 1 << 14
+_VERSION = "1"
+"""Part of the cache's key: change it with what `_cells_of` finds."""
+
+
+def _kept_cells(
+    place: Integers, to: Integers, reach: NDArray[np.float32], radius: float
+) -> tuple[NDArray[np.int64], Integers, Integers]:
+    """`_cells_of`, from the user's cache folder where somebody has looked before: a second and a half for Earth."""
+    if len(to) < _FEW:
+        return _cells_of(place, to, reach, radius)
+    cache = TableCache("rivers")
+    digest = hashlib.sha256(place.tobytes() + to.tobytes() + reach.tobytes()).hexdigest()
+    key, counts = cache.key(_VERSION, digest, repr(radius)), cache.key(_VERSION, digest, repr(radius), "counts")
+    sizes = cache.load(counts, {"sizes": (2,)}, np.int64)
+    if sizes is not None:
+        cells, entries = (int(n) for n in sizes["sizes"])
+        held = cache.load(key, {"keys": (cells,), "begin": (cells + 1,), "lines": (entries,)}, np.int32)
+        if held is not None:
+            return held["keys"].astype(np.int64), held["begin"], held["lines"]
+    keys, begin, lines = _cells_of(place, to, reach, radius)
+    cache.save(key, {"keys": keys.astype(np.int32), "begin": begin, "lines": lines})
+    cache.save(counts, {"sizes": np.array([len(keys), len(lines)])})
+    return keys, begin, lines
+
+
+_FEW = 20_000
+"""Nodes so few are looked at as fast as a file is read."""
 
 
 def _cells_of(
@@ -130,18 +163,18 @@ def _cells_of(
     line = np.flatnonzero(to >= 0)
     # Tangential parts alone are compared, and the warp adds its own on all three axes.
     bent = sum(a * b for a, b in zip(BEND_CELLS, BEND_SHARES, strict=True)) * math.sqrt(3.0)
-    found_keys: list[NDArray[np.int64]] = []
-    found_lines: list[NDArray[np.int64]] = []
-    for start in range(0, len(line), _CHUNK):
+
+    def look(start: int) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         part = line[start : start + _CHUNK]
         a, b = place[part] / CELL_STEPS, place[to[part]] / CELL_STEPS
         far = np.maximum(reach[part], reach[to[part]]).astype(np.float64) + bent
-        for number, cells in _near_cells(a, b, far, radius):
-            found_keys.append(cell_keys(cells.T))
-            found_lines.append(part[number])
-    if not found_keys:
+        return [(cell_keys(cells.T), part[number]) for number, cells in _near_cells(a, b, far, radius)]
+
+    with ThreadPoolExecutor() as pool:
+        found = [pair for pairs in pool.map(look, range(0, len(line), _CHUNK)) for pair in pairs]
+    if not found:
         return np.empty(0, np.int64), np.zeros(1, np.int32), np.empty(0, np.int32)
-    keys, lines = np.concatenate(found_keys), np.concatenate(found_lines)
+    keys, lines = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.lexsort((lines, keys))
     keys, lines = keys[order], lines[order]
     keys, first = np.unique(keys, return_index=True)
