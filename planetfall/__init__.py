@@ -78,6 +78,7 @@ if _TYPE_CHECKING:
     from .query.drainage import Drainage, River
     from .query.ocean import OceanSampler
     from .query.terrain import TerrainSampler
+    from .query.water import Water
     from .render.host_light import sun_direction
     from .render.renderer import Renderer
 
@@ -97,6 +98,7 @@ _LAZY = {
     "River": "query.drainage",
     "ShaderError": "errors",
     "TerrainSampler": "query.terrain",
+    "Water": "query.water",
     "expected_errors": "expected",
     "fly": "app.window",
     "has_display": "engine.hosts.window",
@@ -157,6 +159,7 @@ __all__ = [
     "UnknownNameError",
     "UnknownSettingError",
     "View",
+    "Water",
     "Wave",
     "World",
     "__version__",

@@ -20,6 +20,7 @@ from ..systems.terrain.height import TerrainField, TerrainParams
 from .climate import Climate, climate_at
 from .drainage import Drainage, climate_params, drainage_at
 from .patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
+from .water import Water, water_at
 
 if TYPE_CHECKING:
     from ..scene.scene import PlanetHandle, Scene
@@ -59,7 +60,8 @@ class TerrainSampler:
         validate = getattr(scene, "validate", None)
         if validate is not None:
             validate()  # no ground that a renderer would refuse to draw
-        sea = _has_ocean(handle)
+        self._sea_level_m = _sea_level_m(handle)
+        sea = self._sea_level_m is not None
         self._field = TerrainField(ground_params(terrain, handle[Planet].radius_m, sea))
         self._climate, self._drainage_cells = climate_params(terrain, sea), drainage_cells or terrain.drainage_cells
 
@@ -67,7 +69,7 @@ class TerrainSampler:
     def from_params(cls, params: TerrainParams) -> TerrainSampler:
         """A sampler of bare params, without a scene."""
         sampler = cls.__new__(cls)
-        sampler._field = TerrainField(params)
+        sampler._field, sampler._sea_level_m = TerrainField(params), None
         sampler._climate, sampler._drainage_cells = climate_params(Terrain()), CELLS
         return sampler
 
@@ -135,6 +137,13 @@ class TerrainSampler:
         folder, or those of the preset earth from the package.
         """
         return drainage_at(self._network, checked_directions("directions", directions))
+
+    def water(self, directions: ArrayLike) -> Water:
+        """Water over the ground in directions (N, 3): of rivers and lakes (`Terrain.rivers`), and of the sea, calm.
+
+        Water lies where its level is above the ground. A sampler from bare params knows of no sea.
+        """
+        return water_at(self._field, self._sea_level_m, checked_directions("directions", directions))
 
     def climate(self, directions: ArrayLike) -> Climate:
         """Warmth, rain and snow line in directions (N, 3): what rivers follow from, on cells of 52 km on Earth.
@@ -236,13 +245,12 @@ def _points(name: str, values: ArrayLike) -> Floats:
     return points
 
 
-def _has_ocean(handle: Any) -> bool:
-    """Of anything with components."""
+def _sea_level_m(handle: Any) -> float | None:
+    """Of anything with components; None without a sea."""
     try:
-        handle[Ocean]
+        return float(handle[Ocean].sea_level_m)
     except (KeyError, MissingError):
-        return False
-    return True
+        return None
 
 
 def checked_directions(name: str, values: ArrayLike) -> Floats:

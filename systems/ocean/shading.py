@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...components import Ocean, Planet
 from ...engine.blocks.bindings import (
     DEPTH_UNIT,
+    FLAG_BUFFER,
     LENS_BUFFER,
     OCEAN_BLOCK,
     RADIANCE_IMAGE,
@@ -43,6 +44,8 @@ __all__ = ["SeaShading"]
 _SKY_MAP = (64, 64)  # SKY_MAP_SIDE of ocean/look/sky_map.glsl
 _KINDS = ("open", "mirror", "rich", "below", "limb")
 _LENS = "ocean.lens_light"
+_OF_CORNERS = ("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tile_flags")
+"""What ocean.light reads where rivers and lakes lie above the sea."""
 _HIGH = 0.25
 """Share of the air's thickness from which on pixels may have to ask for the air before them."""
 _PATTERN_M = 0.5
@@ -238,7 +241,7 @@ class SeaShading:
             system=self._name,
             bind=self._bind_light,
             kind="compute",
-            reads=("ocean.light_groups", *contract_reads(self._world)),
+            reads=("ocean.light_groups", *_OF_CORNERS, *contract_reads(self._world)),
             creates=(
                 TextureSpec("ocean.light", "rgba32f", corners, filter="linear", help="sun, sky, air above, by tile"),
                 TextureSpec("ocean.sky", "rgba32f", _SKY_MAP, filter="linear", help="the sky that the sea mirrors"),
@@ -305,10 +308,15 @@ class SeaShading:
 
     def _bind_light(self, io: PassIO) -> Callable[[], None]:
         light, sky, groups = io.texture("ocean.light"), io.texture("ocean.sky"), io.buffer("ocean.light_groups")
+        textures = [(GBUFFER_UNITS[name], io.texture(name)) for name in _OF_CORNERS[:3]]
+        flags = io.buffer(_OF_CORNERS[3])
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
             bind_air()
+            for unit, texture in textures:
+                texture.use(unit)
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
             light.bind_to_image(0, read=False, write=True)
             self._light.run_indirect(groups)
             sky.bind_to_image(0, read=False, write=True)

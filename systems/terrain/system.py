@@ -11,6 +11,7 @@ import numpy as np
 from ...components import DebugView, Ocean, Planet, Terrain
 from ...engine.blocks.bindings import (
     DRY_BUFFER,
+    LAND_WATER_UNIT,
     MATERIAL_BLOCK,
     NEAR_DRY_BUFFER,
     NEAR_WET_BUFFER,
@@ -41,6 +42,7 @@ from .ground_params import ground_params
 from .height import TerrainField, TerrainParams
 from .height_map import color_cube
 from .height_table import octave_table
+from .land_water import LAND_WATER, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
@@ -57,6 +59,7 @@ _CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
 """What rivers follow from as well."""
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
+_WET_READS = ("gbuffer.tile_depths", "gbuffer.tile_flags")
 _FAR_PIXEL_M = 50.0
 """Where pixels are wider on all ground, lakes may go on beyond the tiles that show them."""
 _WIDE_PIXEL_M = 10.0
@@ -110,6 +113,8 @@ class TerrainSystem(System):
         }
         self._shaders: dict[tuple[str, ...], Compute] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
+        self._land_water = LandWater(setup.gpu, self._shader)
+        self._watered = False  # whether the graph was declared with rivers
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
         self._changes: _Components | None = None
         self._field_revision: GroundRevision | None = None
@@ -172,6 +177,7 @@ class TerrainSystem(System):
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
         self._provide_sources(params)
         self._maps.show(params.height_map, color, params.rivers)
+        self.structure += self._watered != (params.rivers is not None)
         self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
 
@@ -187,6 +193,9 @@ class TerrainSystem(System):
         shaders = self._gpu.shaders
         shaders.add_virtual(_SOURCES, "".join(f"#define TERRAIN_{name}\n" for name, on in wanted.items() if on))
         shaders.provide("height_sources", _SOURCES, owner=self.name)
+        # Contract ``land_water``: so do those of the sea.
+        file = "land_water.glsl"
+        shaders.provide("land_water", f"terrain/{file}" if wanted["RIVERS"] else f"common/{file}", owner=self.name)
 
     def _use_materials(self) -> None:
         """The shaders of the list of materials as it is now."""
@@ -293,6 +302,9 @@ class TerrainSystem(System):
             self._coasts.declare(
                 builder, view, lambda: self._of(of), backend.coast_file, lambda: self._bind_heights(of), seen
             )
+        self._watered = self._ground.params.rivers is not None
+        if self.shows_rivers():
+            self._land_water.declare(builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen)
         tiles = _TILES
         if self.sorts_wet():
             tiles = _WET_LISTS
@@ -303,7 +315,7 @@ class TerrainSystem(System):
                 kind="compute",
                 system=name,
                 bind=lambda io: self._bind_wet(io, across, down),
-                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", "gbuffer.tile_depths", *_TILES),
+                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", *_WET_READS, *_TILES),
                 creates=tuple(
                     BufferSpec(name, 16 + 4 * across * down, help=f"dispatch and tiles of {text} ground")
                     for name, text in zip(_WET_LISTS, texts, strict=True)
@@ -316,7 +328,10 @@ class TerrainSystem(System):
             system=name,
             bind=lambda io: self._bind_shade(io, of, tiles),
             kind="compute",
-            reads=("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
+            reads=(
+                *("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
+                *((LAND_WATER,) if self.shows_rivers() else ()),
+            ),
             writes=("scene.radiance",),
             stage="opaque",
             only_while=seen,
@@ -340,10 +355,14 @@ class TerrainSystem(System):
         """Whether there is water that the backend's shading knows of."""
         return bool(self._world.query(Ocean)) and self.backend.shades_all
 
+    def shows_rivers(self) -> bool:
+        """Whether rivers and lakes are drawn: with the sea's passes, on ground that knows water."""
+        return self._ground.params.rivers is not None and self.sorts_wet()
+
     def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
-        names = (*_TILES, *_WET_LISTS, "gbuffer.tile_depths")
-        places = (0, 1, DRY_BUFFER, WET_BUFFER, NEAR_DRY_BUFFER, NEAR_WET_BUFFER, 7)
+        names = (*_TILES, *_WET_LISTS, *_WET_READS)
+        places = (0, 1, DRY_BUFFER, WET_BUFFER, NEAR_DRY_BUFFER, NEAR_WET_BUFFER, 7, 4)
         buffers = [(place, io.buffer(name)) for place, name in zip(places, names, strict=True)]
         textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items() if name != "gbuffer.normal"]
         barrier = self._gpu.barrier
@@ -382,13 +401,15 @@ class TerrainSystem(System):
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
         sorts = lists == _WET_LISTS
+        rivers = io.texture(LAND_WATER) if self.shows_rivers() else None
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
+            flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
-            plain = self._shader(backend.shade_file, *dry)
-            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *dry, *near)))
+            plain = self._shader(backend.shade_file, *flags)
+            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))
 
         every, between = self._shade_every(), None
         all_tiles = [io.buffer(name) for name in _TILES]
@@ -401,6 +422,8 @@ class TerrainSystem(System):
             radiance.bind_to_image(RADIANCE_IMAGE, read=False, write=True)
             for unit, texture in textures:
                 texture.use(unit)
+            if rivers is not None:
+                rivers.use(LAND_WATER_UNIT)
             self._bind_octaves(view)
             backend.bind_shading()
             cluttered = self._component.clutter > 0.0

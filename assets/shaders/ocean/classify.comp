@@ -4,6 +4,7 @@
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
+#include "contract/land_water.glsl"
 #include "common/texel.glsl"
 #include "generated/ocean.glsl"
 #include "contract/waterline.glsl"
@@ -42,8 +43,11 @@ void main() {
             uint surface = texel_at(u_surface, ivec2(x, y)).r;
             bool sea = surface == SURFACE_SEA;
             any_ground = any_ground || surface == SURFACE_TERRAIN;
-            vec2 bytes = texel_at(u_attributes, ivec2(x, y)).rg;
-            shallowest = min(shallowest, sea ? (bytes.x * 256.0 + bytes.y) * (255.0 / 65535.0) : 2.0);
+            vec4 attributes = texel_at(u_attributes, ivec2(x, y));
+            shallowest = min(shallowest, sea ? (attributes.x * 256.0 + attributes.y) * (255.0 / 65535.0) : 2.0);
+#ifdef LAND_WATER
+            shallowest = sea && land_water_at(attributes.z) ? 0.0 : shallowest;
+#endif
             any_sea = any_sea || sea;
         }
     }

@@ -8,6 +8,10 @@
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
+#include "contract/land_water.glsl"
+#ifdef LAND_WATER
+#include "ocean/land_water_light.glsl"
+#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) writeonly uniform image2D u_light_out;
@@ -23,7 +27,11 @@ void main() {
     float b = (r + h) * dot(direction, frame.camera_zenith), c = h * (2.0 * r + h), meets = b * b - c;
     float q = -b + (b < 0.0 ? 1.0 : -1.0) * sqrt(max(meets, 0.0));
     float hit = c > 0.0 ? (b < 0.0 ? c / max(q, 1e-20) : 0.0) : max(q, c / (abs(q) > 1e-20 ? q : 1e-20));
-    vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0), zenith = up_at(point), sun = frame.sun_direction;
+    vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0);
+#ifdef LAND_WATER
+    if (land_water_near(corner, point)) direction = normalize(point);
+#endif
+    vec3 zenith = up_at(point), sun = frame.sun_direction;
     vec3 sunlight = frame.sun_irradiance * sun_visibility(point) * air_to_space(point, sun);
     vec3 starlight = frame.sun_irradiance * STARLIGHT, from_sky = skylight(point, zenith) + starlight;
     // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean

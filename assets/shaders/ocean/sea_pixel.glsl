@@ -1,5 +1,6 @@
 // A pixel of the sea in the G-buffer: where the point that it shows lies when the sea is calm.
 #include "generated/bindings.glsl"
+#include "contract/land_water.glsl"
 #include "common/texel.glsl"
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
@@ -10,6 +11,15 @@ layout(binding = SEA_MOVED_UNIT) uniform sampler2D u_moved;
 
 bool sea_at(ivec2 pixel) {
     return all(lessThan(pixel, textureSize(u_surface, 0))) && texel_at(u_surface, pixel).r == SURFACE_SEA;
+}
+
+// Whether its waves are the sea's: rivers and lakes have none of them.
+bool sea_waves_at(ivec2 pixel) {
+#ifdef LAND_WATER
+    return sea_at(pixel) && !land_water_at(texel_at(u_attributes, pixel).z);
+#else
+    return sea_at(pixel);
+#endif
 }
 
 // From the camera, m.

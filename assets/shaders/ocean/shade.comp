@@ -21,6 +21,11 @@
 #endif
 #include "common/surface_tiles.glsl"
 #include "common/texel.glsl"
+#include "contract/land_water.glsl"
+#if defined(OCEAN_RICH) && defined(LAND_WATER)
+#define OCEAN_LAND_WATER   // ocean/classify.comp lists its tiles as rich
+#include "ocean/look/land_water.glsl"
+#endif
 #include "ocean/look/pixel.glsl"
 #include "ocean/look/column.glsl"
 #include "ocean/look/glitter.glsl"
@@ -61,6 +66,12 @@ vec3 sea_light(int kind) {
 SeaPixel pixel_at(ivec2 pixel) {
     vec3 point = position_from_depth(v_ndc, texel_at(u_depth, pixel).r);
     vec4 rough = texel_at(u_rough, pixel);
+#ifdef OCEAN_LAND_WATER
+    float height_m;
+    land_water_set(texel_at(u_attributes, pixel).z);
+    vec4 landlocked = land_water_rough(foot_offset_of(point, height_m), length(point) * frame.pixel_rad);
+    rough = g_land_water ? landlocked : rough;
+#endif
     SeaPixel p = sea_pixel(point, oct_decode(texel_at(u_normal, pixel).rg),
         sea_depth_decode(texel_at(u_attributes, pixel).rg), rough);
     v_hidden = rough.x + rough.y;
@@ -88,6 +99,9 @@ vec3 upwelling_of(SeaPixel p, float view_mu, float n_l, float facing, vec3 sunli
     // As if the bed were level as far as the line of sight shifts: two thirds of the depth at most.
     vec3 bed_at = p.D + (into + p.zenith * down) * min(p.depth_m / down, 60.0);
     vec3 bed = sea_bed(bed_at, p.depth_m, p.footprint_m / clamp(view_mu, 0.2, 1.0));
+#ifdef OCEAN_LAND_WATER
+    bed *= g_land_water ? STONES : vec3(1.0);
+#endif
     direct *= water_caustics(bed_at, p.depth_m, p.footprint_m / clamp(view_mu, 0.2, 1.0));
     return direct * water_upwelling(p.depth_m, in_cosine, out_cosine, bed)
         + diffuse * water_upwelling(p.depth_m, 0.86, out_cosine, bed);
@@ -125,6 +139,9 @@ vec3 sea_radiance(SeaPixel p) {
 #ifdef OCEAN_RICH
     foam = max(foam, shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
 #endif
+#ifdef OCEAN_LAND_WATER
+    foam = g_land_water ? land_water_foam(p.D, p.footprint_m) : foam;
+#endif
 #ifndef OCEAN_FAR
     foam = foam_pattern(p.D, p.footprint_m, foam);
 #endif
@@ -135,7 +152,11 @@ vec3 sea_radiance(SeaPixel p) {
 #endif
 #ifdef OCEAN_LIMB
     // Triangles seen from so high lie hundreds of metres below the sea between their corners, and air is dense there.
-    Air between = air_from_camera(p.point + p.zenith * (planet.sea_level_m - p.height_m));
+    float sunk_m = planet.sea_level_m - p.height_m;
+#ifdef OCEAN_LAND_WATER
+    sunk_m = g_land_water ? 0.0 : sunk_m;
+#endif
+    Air between = air_from_camera(p.point + p.zenith * sunk_m);
     return radiance * between.transmittance + between.in_scatter;
 #else
     vec3 left = exp(-sea_light(3) * p.distance_m);

@@ -179,9 +179,9 @@ SeaRun run_of(ivec2 first, uint turn) {
     for (int k = 0; k < SEA_RUN; ++k) {
         ivec2 pixel = pixel_of(first, k, turn);
 #if SHADE_EVERY > 1
-        g_sea[k] = ((g_turns[k] >> turn) & 1u) != 0u;
+        g_sea[k] = ((g_turns[k] >> turn) & 1u) != 0u && sea_waves_at(pixel);
 #else
-        g_sea[k] = sea_at(pixel);
+        g_sea[k] = sea_waves_at(pixel);
 #endif
         vec3 point = g_sea[k] ? sea_point(pixel) : frame.camera_forward;
         g_places[k] = sea_calm_place(pixel, point);

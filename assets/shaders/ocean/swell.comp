@@ -43,7 +43,7 @@ SwellRectangle rectangle_of(ivec2 first) {
     vec4 footprint = vec4(0.0);
     for (int k = 0; k < 32; ++k) {
         ivec2 pixel = first + ivec2(k & 7, k >> 3) * 2 + ((k >> 3) & 1);
-        bool sea = sea_at(pixel);
+        bool sea = sea_waves_at(pixel);
         vec3 point = sea ? sea_point(pixel) : vec3(0.0, 0.0, 1.0);
         SeaPlace place = sea_calm_place(pixel, point);
         vec2 at = vec2(dot(place.at, axis), dot(place.at, vec2(-axis.y, axis.x)));

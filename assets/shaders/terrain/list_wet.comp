@@ -1,5 +1,6 @@
-// Sorts tiles with ground by whether water changes any of it (contract "water"): the others are shaded without. A lane
-// a tile. Most are settled by the depths between which all of it lies; in the rest each pixel is looked at.
+// Sorts tiles with ground by whether water changes any of it (contract "water", and rivers): the others are shaded
+// without. A lane a tile. Most are settled by the depths between which all of it lies; in the rest each pixel is looked
+// at.
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
@@ -7,6 +8,7 @@
 #include "common/spread.glsl"
 #include "common/texel.glsl"
 #include "terrain/wet_lists.glsl"
+#include "contract/land_water.glsl"
 #include "contract/water.glsl"
 
 layout(local_size_x = 64) in;
@@ -16,6 +18,9 @@ layout(std430, binding = 7) readonly buffer DepthBuffer { vec2 depths[]; };
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
+#ifdef LAND_WATER
+layout(std430, binding = 4) readonly buffer FlagBuffer { uint flags[]; };
+#endif
 uniform ivec2 u_tiles;
 
 const float HAIR_M = 0.05;       // more than rounding does to a height
@@ -69,6 +74,9 @@ void main() {
         ivec2 pixel = min(first + ivec2(k & (TILE_WIDTH - 1), uint(k) / uint(TILE_WIDTH)), last);
         wet = wet || (counted_height(pixel, between) < reach && texel_at(u_surface, pixel).r == SURFACE_TERRAIN);
     }
+#ifdef LAND_WATER
+    wet = wet || (there && (flags[at.y * u_tiles.x + at.x] & SURFACE_WATER_ASHORE) != 0u);
+#endif
     if (there && !near && !wet) dry_list.tiles[atomicAdd(dry_list.groups[0], 1u)] = tile;
     if (there && !near && wet) wet_list.tiles[atomicAdd(wet_list.groups[0], 1u)] = tile;
     if (there && near && !wet) near_dry_list.tiles[atomicAdd(near_dry_list.groups[0], 1u)] = tile;

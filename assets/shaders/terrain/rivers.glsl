@@ -1,7 +1,8 @@
 // What rivers make of the ground: the GPU's side of systems/terrain/rivers/. Part of terrain/height.glsl, which has the
 // table and terrain_place. The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to
-// a texel; cells of columns, four to a texel; lines of cells, four to a texel; and nodes of three texels: place and the
-// node downstream; level, half width, depth, half width of the floor; reach, 1 for a lake, discharge.
+// a texel; cells of columns, four to a texel; lines of cells, four to a texel, the widest of a cell's first, with how
+// wide they are; and nodes of three texels: place and the node downstream; level, half width, depth, half width of the
+// floor; reach, 1 for a lake, discharge.
 #include "generated/bindings.glsl"
 #include "common/pair.glsl"
 #include "generated/terrain_river_form.glsl"
@@ -52,15 +53,25 @@ ivec3 river_steps(vec3 D, out vec3 rest) {
 }
 #endif
 
-RiverPlace river_place(TERRAIN_PLACE D) {
+// Without lines, and not moved by the warp.
+RiverPlace river_unbent(TERRAIN_PLACE D) {
     RiverPlace p;
     p.steps = river_steps(D, p.rest);
-    p.lines = river_lines((p.steps + ivec3(floor(p.rest))) >> RIVER_CELL_BITS);
+    p.lines = ivec2(0);
     p.up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
     p.turned = mat3(1.0);
+    return p;
+}
+
+ivec3 river_cell(RiverPlace unbent) {
+    return (unbent.steps + ivec3(floor(unbent.rest))) >> RIVER_CELL_BITS;
+}
+
+// The same, moved by the warp, unless `octaves` is 0.
+RiverPlace river_bent(RiverPlace p, TERRAIN_PLACE D, int octaves) {
     vec3 bend = vec3(0.0);
     int k = 0;
-    if (p.lines.y > 0) do {
+    if (octaves > 0) do {
         ivec3 cell;
         vec3 fraction;
         mat3 jacobian;
@@ -68,9 +79,15 @@ RiverPlace river_place(TERRAIN_PLACE D) {
         terrain_place(lattice, D, cell, fraction);
         bend += lattice.value * vector_noise(cell, fraction, jacobian);
         p.turned += (lattice.value * lattice.frequency_per_m) * jacobian;
-    } while (++k < RIVER_BENDS);
+    } while (++k < octaves);
     p.rest += bend / terrain_table.rivers.step_m;
     return p;
+}
+
+RiverPlace river_place(TERRAIN_PLACE D) {
+    RiverPlace p = river_unbent(D);
+    p.lines = river_lines(river_cell(p));
+    return river_bent(p, D, p.lines.y > 0 ? RIVER_BENDS : 0);
 }
 
 // A line of a river at a place: values of its nodes there, and how they change along the whole of it.
@@ -85,12 +102,48 @@ struct RiverLine {
 
 vec3 river_level(vec3 v, vec3 up) { return v - up * dot(up, v); }
 
-RiverLine river_line(int index, RiverPlace p) {
-    int nodes = terrain_table.rivers.first_node;
-    int node = river_texel(terrain_table.rivers.first_line + (index >> 2))[index & 3];
+// What is known of a line's two nodes.
+struct RiverEnds {
+    ivec3 a;              // steps
+    vec3 way;             // from there to b, steps
+    vec4 above, below;    // at a, and downstream at b: level over the anchor's base, half width, depth, of the floor
+    vec3 above_more, below_more;   // reach, 1 for a lake, discharge
+};
+
+const int RIVER_NODE_MASK = (1 << RIVER_NODE_BITS) - 1;
+
+// A line of a cell: which node it begins with, and its half width, rounded up (rivers/texture.py).
+int river_packed_line(int index) {
+    return river_texel(terrain_table.rivers.first_line + (index >> 2))[index & 3];
+}
+
+float river_packed_half_width(int packed_line) {
+    int code = packed_line >> RIVER_NODE_BITS;
+    return code > 0 ? exp2(float(code) * (1.0 / RIVER_WIDTH_STEPS) + RIVER_WIDTH_LEAST) : 0.0;
+}
+
+RiverEnds river_ends_of(int packed_line) {
+    int nodes = terrain_table.rivers.first_node, node = packed_line & RIVER_NODE_MASK;
     ivec4 a = river_texel(nodes + 3 * node), b = river_texel(nodes + 3 * a.w);
+    RiverEnds ends;
+    ends.a = a.xyz;
+    ends.way = vec3(b.xyz - a.xyz);
+    ends.above = intBitsToFloat(river_texel(nodes + 3 * node + 1));
+    ends.below = intBitsToFloat(river_texel(nodes + 3 * a.w + 1));
+    ends.above.x -= terrain_table.rivers.base_m;
+    ends.below.x -= terrain_table.rivers.base_m;
+    ends.above_more = intBitsToFloat(river_texel(nodes + 3 * node + 2).xyz);
+    ends.below_more = intBitsToFloat(river_texel(nodes + 3 * a.w + 2).xyz);
+    return ends;
+}
+
+RiverEnds river_ends(int index) {
+    return river_ends_of(river_packed_line(index));
+}
+
+RiverLine river_line(RiverEnds ends, RiverPlace p) {
     // Steps: whole numbers of at most 24 bits.
-    vec3 to_a = vec3(a.xyz - p.steps), whole_way = vec3(b.xyz - a.xyz), way = river_level(whole_way, p.up);
+    vec3 to_a = vec3(ends.a - p.steps), whole_way = ends.way, way = river_level(whole_way, p.up);
     float per_square = 1.0 / max(dot(way, way), 1.0), t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
     RiverLine line;
     line.along = t > 0.0 && t < 1.0 ? way * (per_square / terrain_table.rivers.step_m) : vec3(0.0);
@@ -106,18 +159,12 @@ RiverLine river_line(int index, RiverPlace p) {
     off = river_level(off, p.up) * terrain_table.rivers.step_m;
     line.d = length(off);
     line.away = -off / max(line.d, 1e-9);
-    vec4 above = intBitsToFloat(river_texel(nodes + 3 * node + 1)),
-        below = intBitsToFloat(river_texel(nodes + 3 * a.w + 1));
-    above.x -= terrain_table.rivers.base_m;
-    below.x -= terrain_table.rivers.base_m;
-    line.section_step = below - above;
-    line.section = above + t * line.section_step;
-    vec4 from = intBitsToFloat(river_texel(nodes + 3 * node + 2)),
-        to = intBitsToFloat(river_texel(nodes + 3 * a.w + 2));
-    line.reach_step = to.x - from.x;
-    line.reach = from.x + t * line.reach_step;
-    line.lake = from.y * to.y;
-    line.discharge = mix(from.z, to.z, t);
+    line.section_step = ends.below - ends.above;
+    line.section = ends.above + t * line.section_step;
+    line.reach_step = ends.below_more.x - ends.above_more.x;
+    line.reach = ends.above_more.x + t * line.reach_step;
+    line.lake = ends.above_more.y * ends.below_more.y;
+    line.discharge = mix(ends.above_more.z, ends.below_more.z, t);
     return line;
 }
 
@@ -135,7 +182,7 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
     vec3 d_total = vec3(0.0), d_sum = vec3(0.0);
     int k = p.lines.x, end = p.lines.x + p.lines.y;
     if (k < end) do {
-        RiverLine line = river_line(k, p);
+        RiverLine line = river_line(river_ends(k), p);
         float half_width = line.section.y, floor_width = line.section.w;
         float near = mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake);
         TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);

@@ -3,6 +3,7 @@
 //
 //   GROUND_CLUTTER   ground so near that things that stand on it show
 //   GROUND_DRY       no pixel has water over it, or is wet from it (terrain/list_wet.comp says where)
+//   GROUND_RIVERS    rivers and lakes: their banks, and water too narrow for a pixel
 #include "common/constants.glsl"
 #include "common/camera.glsl"
 #include "common/texel.glsl"
@@ -25,6 +26,10 @@
 #include "common/water.glsl"
 #else
 #include "contract/water.glsl"
+#endif
+
+#ifdef GROUND_RIVERS
+#include "terrain/narrow_water.glsl"
 #endif
 
 #ifndef GROUND_BLUR
@@ -198,6 +203,10 @@ vec3 ground_radiance(ivec2 pixel) {
 
     Shore wet;
     WaterLight water = ground_water(s, gradient, material, wet);
+#ifdef GROUND_RIVERS
+    NarrowWater narrow = narrow_water(pixel);
+    material.albedo *= mix(vec3(1.0), WETTED, narrow.damp);
+#endif
     vec2 open = light_visibility(s.point);
 #ifdef GROUND_CLUTTER
     stand_clutter(s, water.to_sun, ground.above_sea_m, rises, gradient, material, normal, open);
@@ -206,6 +215,11 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 radiance = ground_light(s, material.albedo, normal, beam, water, open, ground.hidden_slope);
     vec4 sheen = shore_sheen(wet, s.point, s.view, s.zenith, normal, beam);
     radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
+#ifdef GROUND_RIVERS
+    if (narrow.coverage > 0.0)
+        radiance = mix(radiance, narrow_water_light(narrow, s.place, s.zenith, s.view, beam * water.sun),
+            narrow.coverage);
+#endif
 
     Air between = air_from_camera(s.place);
     return radiance * between.transmittance + between.in_scatter;

@@ -88,6 +88,11 @@ class RiverTable:
         drawn = self.to >= 0
         return float(2.0 / (self.values[drawn, 4] - self.values[drawn, 3]).min()) if drawn.any() else 0.0
 
+    @cached_property
+    def half_width_m(self) -> NDArray[np.float32]:
+        """(N,) of the water of the lines that begin at nodes, at their wider end; 0 without a line or water."""
+        return _half_widths(self.to, self.values)
+
     @property
     def nbytes(self) -> int:
         """Memory of the arrays."""
@@ -104,7 +109,21 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int) -> RiverTable:
     for k, column in enumerate((*columns, nodes.discharge_m3_s)):
         values[:, k] = column
     keys, begin, lines = _kept_cells(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
+    lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines)
+
+
+def _half_widths(to: Integers, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(N,) of the water of the lines that begin at nodes, at their wider end."""
+    return np.where(to >= 0, np.maximum(values[:, 1], values[to, 1]), np.float32(0.0))
+
+
+def _widest_first(lines: Integers, begin: Integers, half_width: NDArray[np.float32]) -> Integers:
+    """Those of each cell by how wide they are: who looks from afar leaves out the others."""
+    rank = np.empty(len(half_width), dtype=np.int64)
+    rank[np.argsort(-half_width, kind="stable")] = np.arange(len(half_width))
+    cell = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
+    return lines[np.argsort(cell * len(half_width) + rank[lines], kind="stable")]
 
 
 _CHUNK = 1 << 14

@@ -20,6 +20,10 @@ Integers = NDArray[np.int32]
 _WIDTH_BITS = 12
 _COUNT_BITS = 6
 """Of the number of lines in a cell."""
+_NODE_BITS = 22
+"""Of a node's number; those above hold the half width of the line that begins there, in 24ths of octaves from 1/64 m to
+40 km."""
+_WIDTH_STEPS, _WIDTH_LEAST = 24, -6
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     across = 2 * (int(np.ceil(table.radius_m / table.cell_m)) + 1)
     columns, cells = _columns(table, across, (table.begin[:-1] << _COUNT_BITS) | many)
     lines = np.zeros(-(-max(len(table.lines), 1) // 4) * 4, dtype=np.int32)
-    lines[: len(table.lines)] = table.lines
+    lines[: len(table.lines)] = _packed_lines(table)
     nodes = np.zeros((len(table.place), 3, 4), dtype=np.int32)
     nodes[:, 0, :3], nodes[:, 0, 3] = table.place, table.to
     nodes[:, 1:] = table.values.view(np.int32).reshape(-1, 2, 4)
@@ -53,6 +57,16 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     texels[: len(whole)] = whole
     layout = RiverLayout(across, *np.cumsum([len(part) for part in parts[:3]]).tolist())
     return layout, texels.reshape(-1, width, 4)
+
+
+def _packed_lines(table: RiverTable) -> Integers:
+    """Lines of cells, and in the high bits the logarithm of their half widths, rounded up; 0: dry."""
+    if len(table.place) >= 1 << _NODE_BITS:
+        raise ValueError(f"rivers: {len(table.place)} nodes; at most {(1 << _NODE_BITS) - 1} can be")
+    half_width = table.half_width_m
+    code = np.ceil((np.log2(np.maximum(half_width, 1e-9)) - _WIDTH_LEAST) * _WIDTH_STEPS)
+    code = np.where(half_width > 0.0, np.clip(code, 1, (1 << 31 - _NODE_BITS) - 1), 0).astype(np.int32)
+    return table.lines | code[table.lines] << _NODE_BITS
 
 
 def river_layout(table: RiverTable) -> RiverLayout:
@@ -79,6 +93,7 @@ def _columns(table: RiverTable, across: int, packed: Integers) -> tuple[Integers
 def _shader() -> str:
     numbers: dict[str, Any] = {
         "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "COUNT_BITS": _COUNT_BITS, "HALF": 512,
+        "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS), "WIDTH_LEAST": float(_WIDTH_LEAST),
         "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "NEAR_M2": form.NEAR_M2, "LAKE_NEAR_M2": form.LAKE_NEAR_M2,
     }  # fmt: skip

@@ -1,0 +1,47 @@
+// Water of rivers and lakes: without the sea's waves, fresh and more or less muddy. Globals of the pixel at hand, which
+// is set first.
+#include "contract/land_water.glsl"
+
+bool g_land_water;
+float g_stirred, g_muddy;
+vec3 g_loss_per_m, g_thrown_per_m;   // of the water, absorption and scattering; and what it throws back
+#define WATER_LOSS g_loss_per_m
+#define WATER_THROWN g_thrown_per_m
+
+#include "ocean/look/pixel.glsl"
+
+// What lakes and rivers hold beside pure water, at 680, 550 and 440 nm, by the metre: a little that is dissolved and
+// afloat in clear ones (2 to 10 m to see through), and silt where they are muddiest (less than 1 m). Chosen so that
+// deep water throws back 1 to 2 % and 3 to 7 % of the light, as in Kirk's tables (Light and Photosynthesis in Aquatic
+// Ecosystems, 2011).
+const vec3 FRESH_LOSS = vec3(0.06, 0.07, 0.16), FRESH_THROWN = vec3(0.004, 0.007, 0.005);
+const vec3 SILT_LOSS = vec3(1.2, 1.5, 2.3), SILT_THROWN = vec3(0.26, 0.2, 0.09);
+const vec3 STONES = vec3(0.72, 0.78, 0.85);   // the bed's albedo, as shares of the sea's sand
+// Variance of slopes: of a calm lake, of gusts on it, and of water that shoots.
+const float CALM_VARIANCE = 1.2e-3, GUST_VARIANCE = 1.6e-3, SHOOTING_VARIANCE = 0.04;
+
+void land_water_set(float code) {
+    vec2 found = land_water_decode(code);
+    g_land_water = land_water_at(code);
+    g_stirred = found.x;
+    g_muddy = found.y;
+    float silt = land_water_silt(g_muddy);
+    g_thrown_per_m = ocean.scattering_per_m + (g_land_water ? FRESH_THROWN + silt * SILT_THROWN : vec3(0.0));
+    g_loss_per_m = ocean.loss_per_m + (g_land_water ? FRESH_LOSS + silt * SILT_LOSS : vec3(0.0));
+}
+
+// What ocean/surface.comp has for the sea: variances along east and north, mixed, Jacobian. Gusts run over lakes in
+// patches of some 50 m, as far as a pixel shows them.
+vec4 land_water_rough(vec3 D, float footprint_m) {
+    float seen = clamp(1.5 - footprint_m / 30.0, 0.0, 1.0);
+    float gusts = seen > 0.0 ? mix(0.3, smoothstep(-0.2, 1.2, sea_noise(D, 10)), seen) : 0.3;
+    float variance = CALM_VARIANCE + GUST_VARIANCE * gusts + SHOOTING_VARIANCE * g_stirred * g_stirred;
+    return vec4(0.5 * variance, 0.5 * variance, 0.0, 1.0);
+}
+
+// Share of white water: where it shoots, in patches as wide as rapids, as far as a pixel shows them.
+float land_water_foam(vec3 D, float footprint_m) {
+    float share = land_water_white(g_stirred), seen = clamp(1.5 - footprint_m / 8.0, 0.0, 1.0);
+    float patches = share > 0.0 && seen > 0.0 ? 0.8 * sea_noise(D, 8) + 0.5 * sea_noise(D, 6) : 0.0;
+    return clamp(share * (1.0 + seen * 1.2 * patches), 0.0, 0.8);
+}

@@ -1,0 +1,30 @@
+// Contract "land_water" (common/land_water.glsl has the rules): rivers and lakes. stirred: 0 a lake's mirror .. 1 white
+// water; muddy: 0 clear .. 1 as much sediment as large lowland rivers carry.
+#define LAND_WATER
+
+// Share of white water in the mean.
+float land_water_white(float stirred) {
+    return 0.38 * smoothstep(0.3, 1.1, stirred);
+}
+
+// Silt in the water, as a share of the most.
+float land_water_silt(float muddy) {
+    return muddy * sqrt(muddy);
+}
+
+// dither: 0 .. 1, of the pixel: there are few steps.
+float land_water_encode(float stirred, float muddy, float dither) {
+    float up = clamp(dither, 0.01, 0.99);
+    return (1.0 + 15.0 * floor(15.0 * clamp(muddy, 0.0, 1.0) + up) + floor(14.0 * clamp(stirred, 0.0, 1.0) + up))
+        / 255.0;
+}
+
+bool land_water_at(float code) {
+    return code > 0.5 / 255.0;
+}
+
+// (stirred, muddy)
+vec2 land_water_decode(float code) {
+    float whole = max(floor(code * 255.0 + 0.5) - 1.0, 0.0), muddy = floor((whole + 0.5) / 15.0);
+    return vec2((whole - 15.0 * muddy) / 14.0, muddy / 15.0);
+}

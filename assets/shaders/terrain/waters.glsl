@@ -1,0 +1,107 @@
+// Water of rivers and lakes around a place: the GPU's side of `waters` in systems/terrain/rivers/valleys.py, and how a
+// pixel shows it. Part of terrain/height.glsl where TERRAIN_RIVERS is defined.
+#include "terrain/height.glsl"
+
+struct LandWater {
+    float level;      // of the water, m over the anchor's height, by all lines around
+    float beyond;     // m from its edge, negative in the water; large where there is none
+    float depth;      // m of the bed below the level, the deepest by any line
+    float coverage;   // share of the pixel that water covers
+    bool wide;        // it is wide enough on screen to be a surface of its own
+    float above;      // m of bank and floor over the level, at least 0
+    vec3 slope;       // of the level, by the nearest line
+    vec3 tilt;        // the same, changing over from line to line
+    float stirred, muddy;   // as terrain/land_water.glsl has them
+    float half_width;       // of the nearest
+};
+
+const float WATER_NOWHERE_M = 3.0e38;
+// Water that is narrower, in pixels, is a share of the ground's.
+const float WATER_WIDE_PX = 1.5;
+// Rivers that are narrower than a pixel count as so many times as wide at most: their wet banks and green floors show
+// from afar as well.
+const float WATER_WIDENED = 2.0;
+// Water narrower than so much of a pixel is not seen; it fades up to the second.
+const float WATER_LEAST_PX = 0.08, WATER_FADES_PX = 0.2;
+
+// From one line to the next water changes over so many metres.
+const float WATER_MIXES_M = 300.0;
+
+// 0 a mirror .. 1 white water: by Froude's number of the mean speed, and by the slope.
+float water_stirred(float speed_m_s, float depth_m, float fall) {
+    return min(0.35 * speed_m_s * inversesqrt(9.81 * max(depth_m, 0.2)) + 7.0 * fall, 1.0);
+}
+
+// Lowland rivers carry the more sediment the larger they are; where it is steep it does not stay, in lakes it sinks.
+float water_muddy(float discharge_m3_s, float fall, float lake) {
+    float carried = clamp(0.4 * log(max(discharge_m3_s, 1.0) / 15.0) / 2.302585, 0.0, 1.0)
+        * (1.0 - smoothstep(5e-4, 8e-3, fall));
+    return mix(carried, 1.0 / 15.0, lake);
+}
+
+// The share of a pixel between d - reach and d + reach that lies within half_width of 0.
+float water_coverage(float d, float half_width, float reach) {
+    return clamp((min(d + reach, half_width) - max(d - reach, -half_width)) / (2.0 * reach), 0.0, 1.0);
+}
+
+// Sums over lines, and the first one's level, from which levels count.
+struct WaterSums {
+    float total, levels, first, mixed;
+    bool any;
+};
+
+const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
+    vec3(0.0), 0.0, 0.0, 0.0);
+const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
+
+// Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
+// m.
+float water_reach_of(RiverLine line, RiverPlace p, vec3 across, vec3 along) {
+    vec3 apart = line.away * p.turned;
+    return 0.5 * max(abs(dot(across, apart)) + abs(dot(along, apart)), 1e-3);
+}
+
+float water_share_of(RiverLine line, float reach) {
+    float half_width = line.section.y;
+    float counted = min(half_width * WATER_WIDENED, max(half_width, sqrt(half_width * 0.25 * reach)));
+    return smoothstep(WATER_LEAST_PX, WATER_FADES_PX, half_width / reach)
+        * water_coverage(line.d, counted, reach);
+}
+
+// Adds a line.
+void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, RiverPlace p, vec3 across, vec3 along) {
+    float half_width = line.section.y, deep = line.section.z, wet = half_width > 0.0 ? 1.0 : 0.0;
+    float share = wet * terrain_river_share(line.d, half_width, line.reach,
+        mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake));
+    float section = terrain_river_section(line.d, half_width, deep);
+    sums.first = sums.any ? sums.first : line.section.x;
+    sums.any = true;
+    sums.total += share;
+    sums.levels += share * (line.section.x - sums.first);
+    w.depth = max(w.depth, wet * -section);
+    float reach = water_reach_of(line, p, across, along);
+    w.coverage = max(w.coverage, water_share_of(line, reach));
+    float beyond = wet > 0.0 ? line.d - half_width : WATER_NOWHERE_M, apart_m = max(beyond, 0.0);
+    float fall = length(line.along) * max(-line.section_step.x, 0.0);
+    float speed = min(line.discharge / max(1.333 * half_width * deep, 1e-3), 5.0) * (1.0 - line.lake);
+    float says = wet * half_width * half_width / (apart_m * apart_m + WATER_MIXES_M * WATER_MIXES_M);
+    sums.mixed += says;
+    w.stirred += says * water_stirred(speed, deep, fall) * (1.0 - line.lake);
+    w.muddy += says * water_muddy(line.discharge, fall, line.lake);
+    vec3 slope = line.section_step.x * line.along;
+    w.tilt += says * slope;
+    bool nearer = beyond < w.beyond;
+    w.wide = nearer ? half_width > WATER_WIDE_PX * reach : w.wide;
+    w.above = nearer ? max(section, 0.0) : w.above;
+    w.slope = nearer ? slope : w.slope;
+    w.half_width = nearer ? half_width : w.half_width;
+    w.beyond = nearer ? beyond : w.beyond;
+}
+
+void land_water_end(inout LandWater w, WaterSums sums, RiverPlace p) {
+    w.level = terrain_table.rivers.base_m - frame.anchor_height_m + sums.first + sums.levels / max(sums.total, 1e-30);
+    w.stirred /= max(sums.mixed, 1e-30);
+    w.muddy /= max(sums.mixed, 1e-30);
+    w.tilt = (w.tilt * p.turned) / max(sums.mixed, 1e-30);
+    w.slope = w.slope * p.turned;
+}
