@@ -249,7 +249,7 @@ def test_a_scene_without_rivers_has_nothing_of_them() -> None:
             names = {report.name for report in renderer.passes()}
             assert "terrain.coast" in names
             assert not {name for name in names if "water" in name and name.startswith("terrain")}
-            unknown = frozenset({"OCEAN_LAND_WATER", "LAND_WATER", "GROUND_RIVERS"})
+            unknown = frozenset({"OCEAN_LAND_WATER", "LAND_WATER", "GROUND_RIVERS", "TERRAIN_RIVERS"})
             for file in (*FILES, "terrain/shade.comp", "terrain/list_wet.comp"):
                 text = renderer.gpu.shaders.sources.expand(file, {"OCEAN_RICH": 1}).text
                 found = NAMES.search(compiled(text, unknown))
