@@ -4,8 +4,8 @@
 #include "clouds/density.glsl"
 
 // of the square of the sun's cosine: how far clouds that are as tall as wide are turned
-const float CLOUD_TURNED = 0.15;
-const float CLOUD_LEAK = 2.0;   // through sides, on the way down: of light per optical depth that turns it
+const float CLOUD_TURNED = 0.7;
+const float CLOUD_LEAK = 0.5;   // through sides, on the way down: of light per optical depth that turns it
 
 // Vertical optical depth of an even layer below a place in it.
 float depth_below(int layer, float share) {
