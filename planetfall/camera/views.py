@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..components import Planet, Sun, Vec3, knob
+from ..components import Planet, Sun, Terrain, Vec3, knob
 from ..engine.settings import PresetError, SettingError, check_value, did_you_mean, read_toml, rules_of
 from ..errors import UnknownNameError
 from ..scene.file import describe, planets
@@ -22,7 +22,7 @@ __all__ = ["View", "view", "views"]
 VIEWS_FILE = PRESETS / "views.toml"
 _EARTH_RADIUS_M = 6.371e6
 # What a view may need of a planet: the components there are, and those that the file looks forward to.
-KNOWN_TABLES = (*PLANET_KINDS, "clouds", "atmosphere")
+KNOWN_TABLES = (*PLANET_KINDS, "clouds", "atmosphere", "rivers")
 _COMPANION = "companions."
 """And the companions of a scene: "companions.moon"."""
 
@@ -220,8 +220,13 @@ def _described(planet: str | PlanetHandle | Scene) -> tuple[str | None, Mapping[
     if isinstance(planet, str):
         return _described_preset(planet)
     has = {table: True for table, kind in PLANET_KINDS.items() if planet.has(kind)}
-    has |= {_COMPANION + name: True for name in planet.scene.companions}
+    has |= {_COMPANION + name: True for name in planet.scene.companions} | _rivers(planet.get(Terrain))
     return planet.scene.preset, has, planet.radius_m
+
+
+def _rivers(terrain: Terrain | None) -> dict[str, bool]:
+    """"rivers", where there are any."""
+    return {"rivers": True} if terrain is not None and terrain.rivers > 0.0 else {}
 
 
 @lru_cache(maxsize=32)
@@ -229,6 +234,7 @@ def _described_preset(name: str) -> tuple[str | None, Mapping[str, Any], float]:
     description = describe(name)
     body = description.components.get("planet", Planet())
     has = {**description.components, **{_COMPANION + told.name: True for told, _ in description.companions}}
+    has |= _rivers(description.components.get("terrain"))
     return description.preset, has, body.radius_m
 
 

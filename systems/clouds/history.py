@@ -11,7 +11,7 @@ from ...engine.frame import Frame
 from ...engine.gpu import Compute
 from ...engine.space import CameraState, projection_terms
 
-__all__ = ["History", "block_order", "radical_inverse"]
+__all__ = ["History", "block_order", "radical_inverse", "turn_share"]
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +25,8 @@ _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _WEATHER_JUMP_S = 120.0
 _TURNS_AT_PLACE = 4
 """At least: far rays take steps longer than what they meet, and are sampled evenly by rays through the same place."""
+_MOST_CHANCE = 0.25
+"""Share of a step in which a sample is placed by chance."""
 _PLACES = (
     ((0.0, 0.0),),
     ((0.25, -0.25), (-0.25, 0.25)),
@@ -61,6 +63,13 @@ def radical_inverse(number: int) -> float:
     return found
 
 
+def turn_share(turn: int, turns: int) -> float:
+    """Of a period, 0 to 1: where the pattern stands in a turn, of so many that a still picture is the mean of. They are
+    evenly spread, in the order of radical_inverse."""
+    order = [radical_inverse(k) for k in range(turns)]
+    return sum(other < order[turn % turns] for other in order) / turns
+
+
 @dataclass(frozen=True)
 class _Moment:
     camera: CameraState
@@ -76,7 +85,7 @@ class History:
 
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
     there. checkerboard: which blocks have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this frame's rays.
-    inside: where in their pixels they go, from the middle, in pixels.
+    inside: where in their pixels they go, from the middle, in pixels. turns: rays of each pixel of a still picture.
     turn, shift_m, projection: from this camera to the one before.
     """
 
@@ -84,6 +93,7 @@ class History:
         """every: 2: every second block has a ray while something moves."""
         self._order = block_order(stride)
         self._wanted = max(len(self._order), samples)
+        self.turns = self._wanted // len(self._order)
         self._radius_m, self._every = radius_m, every
         self._last: _Moment | None = None
         self._count = 0
@@ -136,13 +146,12 @@ class History:
         self.place = self._order[self._index % len(self._order)]
         turn = self._index // len(self._order)
         # A pattern of its own for every turn over the block; a still picture is the mean of them.
-        self.pattern = (0.5 + radical_inverse(turn)) % 1.0
+        self.pattern = (0.5 + turn_share(turn, self.turns)) % 1.0
         # And, if there are enough turns, of places in the pixel: of its middle alone outlines would be stairs. Where
         # anti-aliasing moves the frame, that does.
-        turns = self._wanted // len(self._order)
         aside = self.mode == STILL and frame.jitter_px == (0.0, 0.0)
-        places = _PLACES[min((turns // _TURNS_AT_PLACE or 1).bit_length(), len(_PLACES)) - 1 if aside else 0]
-        self.inside = places[turn * len(places) // turns % len(places)]
+        places = _PLACES[min((self.turns // _TURNS_AT_PLACE or 1).bit_length(), len(_PLACES)) - 1 if aside else 0]
+        self.inside = places[turn * len(places) // self.turns % len(places)]
         # A still picture is their mean. Where it goes on after that something moves in it, and has to come in.
         shown = min(self._count, self._wanted) // len(self._order)
         self.weight = 1.0 / (1.0 + shown) if self.mode == STILL else _MOVING_WEIGHT
@@ -158,7 +167,9 @@ class History:
     def give(self, program: Compute) -> None:
         """Which rays a frame follows, as uniforms of clouds/view_ray.glsl."""
         program.set("u_place", self.place)
-        program.set("u_shift", self.pattern)
+        # What is left to chance is as wide as turns lie apart: their mean has nothing of the lattice left. Of fewer
+        # than four turns it would be noisier than the lattice is.
+        program.set("u_pattern", (self.pattern, min(1.0 / self.turns, _MOST_CHANCE)))
         program.set("u_checkerboard", self.checkerboard)
         program.set("u_inside", self.inside)
 

@@ -47,6 +47,11 @@ VIEWS = [
     "moonrise",
     "earthrise",
     "phobos",
+    "river",
+    "lake",
+    "delta",
+    "canyon",
+    "ranges",
 ]
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 import planetfall as pf
 from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, SHADE_PAIRS, Pair, changed
 from planetfall.benchmarks.scenes import preset_scene
+from planetfall.components.clouds import KIND_LAYERS
 
 FOLDER = Path(__file__).resolve().parents[1] / "golden"
 VIEW_SIZE = (320, 180)
@@ -228,6 +229,27 @@ CLOUD_PICTURES: tuple[Picture, ...] = (
 rest of CLOUD_VIEWS) show fair weather, a closed sky, a sea of clouds, shafts of light, shadows on land and sea, day's
 edge from 400 km, and the inside."""
 
+KIND_SIZE = (112, 63)
+KIND_CHANGES: Mapping[str, Mapping[str, float]] = {
+    "humilis": {"coverage": 0.5},
+    "congestus": {"coverage": 0.5},
+    "cumulonimbus": {"coverage": 0.7},
+    "stratocumulus": {},
+    "stratus": {"base_m": 600.0, "top_m": 1100.0},
+    "altocumulus": {"coverage": 0.8},
+}
+"""Beside what each kind brings: cover enough to be in the picture of `fair`, and a sheet that lies above its ground."""
+
+
+def kind_picture(kind: str) -> Picture:
+    """Fair with one kind of cloud in place of the weather's own mixture."""
+    fields = {"kind": kind, **KIND_LAYERS[kind], **KIND_CHANGES[kind]}
+    changes = {f"clouds.{name}": value for name, value in fields.items()}
+    return cloud_picture(f"kind_{kind}", "fair", changes, size=KIND_SIZE)
+
+
+KIND_PICTURES = tuple(kind_picture(kind) for kind in KIND_LAYERS)
+
 SEVERAL_PICTURES: tuple[Picture, ...] = (
     Picture("several/moonrise", "earth_moon", "moonrise"),
     Picture("several/earthrise", "earth_moon", "earthrise", clouds=True),
@@ -265,7 +287,8 @@ SHADED_PICTURES = tuple(shaded(key, view, coarse) for key, (view, _, coarse) in 
 """Beside those of the views themselves, whose pixels are all shaded."""
 
 GOLDENS: tuple[Picture, ...] = (
-    *VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *SEVERAL_PICTURES, *PAPER_PICTURES,
+    *VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *KIND_PICTURES, *SEVERAL_PICTURES,
+    *PAPER_PICTURES,
 )  # fmt: skip
 
 

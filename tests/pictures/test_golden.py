@@ -26,6 +26,7 @@ from golden_compare import (
 from golden_pictures import (
     FOLDER,
     GOLDENS,
+    KIND_PICTURES,
     KNOB_PICTURES,
     VIEW_PICTURES,
     Picture,
@@ -105,12 +106,13 @@ def test_the_named_views_all_have_goldens():
     assert toned | {pf.Composite().tone_map} == set(TONE_MAPS)
 
 
-@pytest.mark.parametrize("picture", KNOB_PICTURES, ids=lambda p: p.name)
+@pytest.mark.parametrize("picture", [*KNOB_PICTURES, *KIND_PICTURES], ids=lambda p: p.name)
 def test_golden_of_a_knob_shows_the_knob(studio, picture):
-    """Against the view as it is, and tone maps and debug views against each other: by far more than passes as equal."""
+    """Against the view as it is, and tone maps, debug views and kinds of cloud against each other: by far more than
+    passes as equal."""
     shown = read_picture(picture.path)
     others = [
-        p for p in KNOB_PICTURES
+        p for p in (*KNOB_PICTURES, *KIND_PICTURES)
         if p is not picture and (p.view, p.size, p.clouds) == (picture.view, picture.size, picture.clouds)
     ]  # fmt: skip
     for other in [plain(picture.view, picture.planet, picture.size, picture.clouds), *others]:

@@ -163,6 +163,43 @@ def test_nothing_is_combed(pictures: tuple[list[Floats], tuple[float, float, flo
     assert np.median(shares) < 0.3
 
 
+TRADES = ((5.0, 140.0), (6.0, 40.0), (-3.0, 60.0), (3.0, -120.0), (12.0, 170.0), (8.0, -30.0))
+"""Latitude and longitude, in degrees, of places with shallow broken convection."""
+STREET_M = 6.9e3
+"""From street to street on the mean: 2.3 thicknesses of Earth's first layer."""
+
+
+def rows_power(picture: Floats, width_m: float) -> float:
+    """Power of rows from west to east that are STREET_M apart, against what is a half wider and narrower."""
+    count = len(picture)
+    window = np.outer(np.hanning(count), np.hanning(count))
+    power = np.abs(np.fft.fftshift(np.fft.fft2((picture - picture.mean()) * window))) ** 2
+    k = np.abs(np.arange(count) - count // 2)
+    along = power[:, k <= 6].mean(axis=1)
+    middle = width_m / STREET_M
+
+    def mean_of(least: float, most: float) -> float:
+        return float(along[(k >= least * middle) & (k <= most * middle)].mean())
+
+    return mean_of(0.92, 1.08) / (mean_of(0.55, 0.8) * mean_of(1.25, 1.6)) ** 0.5
+
+
+def test_streets_are_not_the_teeth_of_a_rake(probe: pf.CloudProbe) -> None:
+    """Rows have all lengths and distances: no spacing stands out by more than three times, on the mean by two."""
+    found = []
+    for place in TRADES:
+        picture = square(probe, pf.direction(*place), 256e3, 256)
+        assert picture.std() > 0.1, f"too little cloud, or no gaps, at {place}"
+        found.append(rows_power(picture, 256e3))
+    assert max(found) < 3.0, found
+    assert np.mean(found) < 2.0, found
+
+
+def test_a_rake_is_found() -> None:
+    rows = np.sin(2.0 * np.pi * np.arange(256)[:, None] / 256 * 256e3 / STREET_M) * np.ones(256)
+    assert rows_power(rows + 0.1 * np.random.default_rng(1).normal(size=(256, 256)), 256e3) > 100.0
+
+
 @pytest.mark.slow
 @pytest.mark.xfail(reason="outlines are rougher than those of real clouds: docs/cloud-pictures.md, From orbit")
 def test_outlines_are_as_rough_as_those_of_real_clouds(probe: pf.CloudProbe) -> None:

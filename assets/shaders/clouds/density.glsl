@@ -42,10 +42,12 @@ const float CLOUD_LEAST = 1e-4;               // cover below which no noise make
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
 // of the cells' volume in the noise, of the clouds', and the sum of their squares
 const float CLOUD_CLUSTERS = 0.6, CLOUD_CELLS = 0.47, CLOUD_BOTH = 0.5809;
-const float CLOUD_STREETS = 0.15;      // of noise, at most
-const float CLOUD_STREET_M = 7.7;     // from street to street, in clumps: 2.3 thicknesses of the first layer
-const float CLOUD_MEANDER = 1.6;      // how far streets wander aside, in streets
-const float CLOUD_STREET_SHOWN = 5.0;  // footprint from which they fade, in clumps
+// Streets of the trades. Of noise at most; from street to street on the mean, in clumps: 2.3 thicknesses of the first
+// layer; of the cells' noise, how much they replace.
+const float CLOUD_STREETS = 0.28, CLOUD_STREET_M = 7.7, CLOUD_STREET_CELLS = 0.6;
+// of CLOUD_STREETS: their mean, which is taken off, and the variance about it
+const float CLOUD_STREET_MEAN = 0.587, CLOUD_STREET_VARIANCE = 0.234;
+const float CLOUD_STREET_MOST = 1.5;   // of CLOUD_STREETS: no street is higher
 
 // Mean over values within `half_width` around x of a ramp from 0 at 0 to 1 at `edge`: the difference of its integral.
 float ramp_integral(float x, float edge) {
@@ -129,6 +131,7 @@ struct CloudNoise {
     float interior;          // how dense clouds of the weather are inside
     float thickness;         // more of that, where the wide volume is above the threshold
     float cover;             // at that height
+    float streets;           // how high they are, of noise
     vec3 turned, tilted;     // metres, in the frames of the volumes
 };
 
@@ -143,7 +146,7 @@ CloudPlace cloud_place(vec3 place) {
     return CloudPlace(turned, cloud_tilted(place), CLOUD_ORIGIN(bend) + turned * cloud_view.bend.per_m);
 }
 
-// Whole waves a period, so that they repeat with it: a parabola for a sine. -1..1.
+// A parabola for a sine, of a place in periods. -1..1.
 float cloud_wave(float periods) {
     float x = 2.0 * fract(periods) - 1.0;
     return 4.0 * x * (1.0 - abs(x));
@@ -154,7 +157,6 @@ float cloud_wave(float periods) {
 struct CloudShape {
     float broad, wide;
     float broad_resolved, wide_resolved;
-    float aside;   // where eddies push streets, -1..1
 };
 
 // Clouds, and the cells and clusters that they are in.
@@ -170,15 +172,27 @@ CloudShape cloud_shape(CloudPlace p, float footprint, float finer) {
         second_resolved = cells_resolved(footprint, cloud_view.wide.per_m);
     return CloudShape(broad * first_resolved, wide * second_resolved,
         first_resolved * first_resolved * (1.0 - hidden_variance_share(first_level, cloud_view.shape_filter)),
-        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)),
-        cloud_wave(second.x + second.y));
+        second_resolved * second_resolved * (1.0 - hidden_variance_share(second_level, cloud_view.cell_filter)));
 }
 
-// Streets of cumulus along the trade winds, which follow the circles of latitude but for what eddies push them aside;
-// here in long rows, there in none. shown: share of their height that a footprint leaves.
-float cloud_streets(CloudPlace p, CloudShape shape, float amount) {
-    float across = p.from_middle.z / (cloud_view.bend.per_m * CLOUD_STREET_M * cloud_view.clump_m);
-    return amount * cloud_wave(across + CLOUD_MEANDER * shape.aside + 0.8 * shape.wide);
+// Streets of cumulus along the trade winds, which follow the circles of latitude but for the waves of 60 to 450 km that
+// bend them and move them nearer and apart. Each begins and ends by itself, every 60 km or so. Waves are of the place
+// from the planet's centre, in streets: no look-up.
+struct CloudStreets {
+    float amount;   // 0: cells, 1: streets
+    float noise;    // 0 between streets .. 1, where they are
+};
+
+CloudStreets cloud_streets(vec3 at, float trades) {
+    float bent = at.z + 2.0 * cloud_wave(dot(at, vec3(0.011, 0.013, 0.006)))
+        + 0.8 * cloud_wave(dot(at, vec3(-0.029, 0.027, 0.017)))
+        + 0.45 * cloud_wave(dot(at, vec3(0.083, 0.061, -0.037)));
+    float row = floor(bent), across = bent - row, between = across * (1.0 - across);
+    // Rows differ by sequences that are far from any whole numbers (Roberts 2018).
+    float broken = cloud_wave(0.113 * at.x + 0.7549 * row) + cloud_wave(0.119 * at.y + 0.5698 * row);
+    float patches = cloud_wave(dot(at, vec3(0.0061, -0.0047, 0.0083)))
+        + cloud_wave(dot(at, vec3(0.0053, 0.0097, -0.0041)));
+    return CloudStreets(trades * clamp(0.25 + patches, 0.0, 1.0), 16.0 * between * between * (0.55 + 0.225 * broken));
 }
 
 // All kinds of layer without a branch: software GPUs execute both sides of one, and a loop's body once even for no
@@ -189,25 +203,33 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather,
     CloudPlace p = cloud_place(place);
     CloudShape shape = cloud_shape(p, footprint_m * shell.finer, shell.finer);
     // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
-    // cloud; streets in the trades.
+    // cloud; in the trades streets, or cells that are no open ones. Streets fade before a footprint has half of one.
     float open = cloud_open(w), trades = clamp(2.5 - 5.0 * abs(p.from_middle.z), 0.0, 1.0),
-        turned_out = 1.0 - 2.0 * open * (1.0 - trades), streets = CLOUD_STREETS * open * trades,
-        shown = clamp(1.3 - footprint_m / (CLOUD_STREET_SHOWN * cloud_view.clump_m), 0.0, 1.0);
+        turned_out = 1.0 - 2.0 * open * (1.0 - trades), street_m = CLOUD_STREET_M * cloud_view.clump_m / shell.finer,
+        shown = clamp(1.5 - 3.0 * footprint_m / street_m, 0.0, 1.0);
     float shallow = 1.0 - cloud_solid(w);
-    float hidden = max(1.0 - CLOUD_CELLS * CLOUD_CELLS / CLOUD_BOTH * shape.broad_resolved
-        - CLOUD_CLUSTERS * CLOUD_CLUSTERS / CLOUD_BOTH * shape.wide_resolved, 0.0);
-    float variance = 0.25 * CLOUD_BOTH * shell.rough * shell.rough * hidden
-        + 8.0 / 15.0 * streets * streets * (1.0 - shown * shown);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
         cover = most * cloud_height_cover(shell, share, w);
-    float wide = shell.rough * CLOUD_CLUSTERS * turned_out * shape.wide,
-        noise = shell.rough * CLOUD_CELLS * shape.broad + wide + cloud_streets(p, shape, streets * shown);
+    // Neither where cover ends nor where it closes: rows would be teeth of its border.
+    CloudStreets streets = cloud_streets(p.from_middle / (cloud_view.bend.per_m * street_m),
+        open * trades * clamp(min(4.0 * most - 0.4, 4.0 - 5.0 * most), 0.0, 1.0));
+    float amplitude = CLOUD_STREETS * streets.amount,
+        clusters = CLOUD_CLUSTERS * (1.0 - CLOUD_STREET_CELLS * streets.amount);
+    float hidden = max(1.0 - CLOUD_CELLS * CLOUD_CELLS / CLOUD_BOTH * shape.broad_resolved
+        - CLOUD_CLUSTERS * CLOUD_CLUSTERS / CLOUD_BOTH * shape.wide_resolved, 0.0);
+    // Three times a variance is the square of an even spread's half width.
+    float variance = 0.25 * shell.rough * shell.rough * (CLOUD_CELLS * CLOUD_CELLS * (1.0 - shape.broad_resolved)
+            + clusters * clusters * (1.0 - shape.wide_resolved))
+        + 3.0 * CLOUD_STREET_VARIANCE * amplitude * amplitude * (1.0 - shown * shown);
+    float wide = shell.rough * clusters * turned_out * shape.wide,
+        noise = shell.rough * CLOUD_CELLS * shape.broad + wide
+            + shown * amplitude * (2.0 * streets.noise - CLOUD_STREET_MEAN);
     // Two volumes in one reach beyond 0.5, and rims on top of them: without this there would be cloud where there is no
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + streets) * scarce * scarce;
+    float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREET_MOST * amplitude) * scarce * scarce;
     return CloudNoise(excess, variance, hidden, cloud_interior(shell, w), wide - 0.5 + most, cover,
-        p.turned, p.tilted);
+        amplitude, p.turned, p.tilted);
 }
 
 // Billows stand on the cloud that the wide volumes make: away from it they would be balls of their own.

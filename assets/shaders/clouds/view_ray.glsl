@@ -7,7 +7,7 @@
 layout(binding = CLOUD_DEPTH_UNIT) uniform sampler2D u_depth;
 layout(location = 1) uniform ivec2 u_place;   // of the ray's pixel in its block
 layout(location = 2) uniform float u_width;   // of what a ray stands for, in pixels of the frame
-layout(location = 3) uniform float u_shift;   // of the pattern
+layout(location = 3) uniform vec2 u_pattern;   // x: its shift in this turn; y: how much of it is left to chance
 // of the checkerboard of blocks whose rays are followed: 0 or 1; -1: all
 layout(location = 4) uniform int u_checkerboard;
 layout(location = 10) uniform vec2 u_inside;   // where the ray goes, from its pixel's middle, in pixels of the frame
@@ -22,9 +22,6 @@ ivec2 cloud_block_of(ivec2 lane) {
     return u_checkerboard < 0 ? lane : ivec2(lane.x, 2 * lane.y + ((lane.x + u_checkerboard) & 1));
 }
 
-// Of the pattern: as far apart as the turns of eight rays in a pixel, whose mean then has nothing of the lattice left.
-const float PATTERN_SPREAD = 0.125;
-
 // 0..1, of a place alone.
 float cloud_hash(uvec2 at) {
     uint h = at.x * 0x9e3779b1u ^ at.y * 0x85ebca77u;
@@ -34,9 +31,9 @@ float cloud_hash(uvec2 at) {
 }
 
 // Roberts 2018: neighbours differ as much as they can. What is left of the lattice in a mean over turns would be seen
-// as one: by up to a turn it is left to chance.
+// as one: by as much as turns lie apart it is left to chance.
 float cloud_pattern(ivec2 at) {
-    return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + PATTERN_SPREAD * cloud_hash(uvec2(at)) + u_shift);
+    return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + u_pattern.y * cloud_hash(uvec2(at)) + u_pattern.x);
 }
 
 // Sets pixel_rad and cloud_dither as well.

@@ -16,9 +16,10 @@
 
 const int CLEAR_STEPS = 5;   // through the clear, until rays beside one another wait for those in cloud
 
-// Where a ray is: the next step's begin in metres, and its length in short steps, above 1 through the clear.
+// Where a ray is: the next step's begin in metres, and its length in short steps, above 1 through the clear; share of
+// that length: 1 but for a segment's first step.
 struct Cursor {
-    float t, factor;
+    float t, factor, share;
 };
 
 // One sample of density: of a step's noise, before the rims. footprint: in metres.
@@ -50,7 +51,8 @@ float sample_footprint(float t, float short_m) {
 Sample density_sample(LayerRay r, StepSizes sizes, Segment s, Cursor at, float last, float longest, float occluded) {
     Sample found;
     found.short_m = step_size(sizes, at.t, r.from, r.to, occluded);
-    found.step_m = clamp(last - at.t + 1e-3, 0.0, min(found.short_m * at.factor, max(found.short_m, longest)));
+    found.step_m = clamp(last - at.t + 1e-3, 0.0,
+        at.share * min(found.short_m * at.factor, max(found.short_m, longest)));
     float t = at.t + r.jitter * found.step_m;
     vec3 point = r.ray * t;
     found.share = clamp((altitude_of(point) - r.shell.base_m) * r.shell.per_thickness, 0.0, 1.0);
@@ -77,6 +79,7 @@ CloudRun next_run(
         int clear_steps = 0;
         do {
             here = density_sample(r, sizes, s, at, last, longest, occluded);
+            at.share = 1.0;
             m.samples += 1.0;
             // Surely clear: on, without a look at the rims.
             at.t += here.gap > 0.0 ? here.step_m : 0.0;
@@ -134,6 +137,10 @@ CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun
 // Through one segment.
 void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, Segment s) {
     SegmentLight light = segment_light(r, s);
+    // What is found of a cloud depends a little on where in a step it begins. Rays side by side begin their segments
+    // alike, and would all have the same of that, as a line: by the first step they are moved apart. Three times the
+    // jitter: turns have all places, and with the jitter itself samples would lie at the same ones.
+    float first_share = fract(3.0 * r.jitter);
     float last = s.end, air_seen = 0.0, transmittance = m.transmittance, distance_sum = m.distance_sum;
 #ifndef CLOUD_FINEST
     // No sample above the tops of the segment's clouds.
@@ -143,6 +150,7 @@ void march_segment(inout March m, inout Cursor at, LayerRay r, StepSizes sizes, 
     at.t = max(at.t, clamp(tops.x, s.begin, s.end));
 #endif
     float longest = LONGEST_CLEAR_SHARE * (last - at.t);
+    at.share = at.factor > 1.0 ? first_share : 1.0;
     do {
         CloudRun run = next_run(m, at, air_seen, r, sizes, s, last, longest);
         if (run.depth <= 0.0) break;
@@ -171,7 +179,7 @@ void march_layer(inout March m, LayerRay r) {
     StepSizes sizes = step_sizes(r.shell.top_m - r.shell.base_m, r.from, r.to);
     int segment = 0;
     float segments = segment_count(r.shell, r.from, r.to);
-    Cursor at = Cursor(r.from, sizes.clear_factor);
+    Cursor at = Cursor(r.from, sizes.clear_factor, 1.0);
     Segment s;
     s.end = r.from;
     s.far_air = air_from_camera(r.ray * r.from);

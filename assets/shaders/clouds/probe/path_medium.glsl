@@ -21,6 +21,10 @@ const float PATH_CLEAR_EXCESS = -0.125; // of noise: no rim of a layer as it com
 const float PATH_FLAT_EXCESS = -0.2;    // and below this there are no rims (density.glsl, cloud_relief)
 const float PATH_WEATHER_STEP = 1.0 / 255.0;   // of weather that is interpolated
 const float PATH_TEXEL_STEP = 1.0 / 256.0;     // of a texel, in volumes
+// Of cloud_streets, in a street: a wave (cloud_wave) is as steep as eight of its height in a period. A row, 16 x x with
+// x = across (1 - across), is as steep as 3.08 in its width, which waves that bend it make 1.96 times less; along it as
+// 0.42. Of where streets are: two waves.
+const float PATH_STREET_STEEP = 6.5, PATH_PATCH_STEEP = 0.19;
 const float PATH_ENDLESS = 1e9;
 const float PATH_BEYOND_M = 0.05;       // that a path goes beyond a boundary, so as not to meet it again
 
@@ -33,7 +37,7 @@ struct PathMedium {
 // they are at most.
 float path_cover(float cover, float streets) {
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
-    return cover - (CLOUD_MOST_NOISE + streets) * scarce * scarce;
+    return cover - (CLOUD_MOST_NOISE + CLOUD_STREET_MOST * streets) * scarce * scarce;
 }
 
 // Largest share of the cover that heights within `away` (of the layer's thickness) of a place have, without an anvil.
@@ -75,33 +79,33 @@ vec2 path_bounds(int layer, CloudViewLayer shell, CloudWeather weather, CloudNoi
     vec2 towers_by = shell.follows * vec2(steep.y, PATH_WEATHER_STEP), solid_by = 2.0 * towers_by;
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * (1.0 - cloud_solid(w)));
     vec2 most_by = shell.cover_scale * vec2(steep.x, PATH_WEATHER_STEP) + CLOUD_SEAMS * solid_by;
-    // Open cells and streets (cloud_open: 5 by towers, 4 by depth), and where the trades' belt ends: from 1 to 0 over a
-    // fifth of the planet's radius.
-    float north = CLOUD_ORIGIN(bend).z + n.turned.z * cloud_view.bend.per_m,
-        blown = cloud_open(w) * clamp(2.5 - 5.0 * abs(north), 0.0, 1.0), streets = CLOUD_STREETS * blown;
-    vec2 blown_by = 9.0 * towers_by + vec2(5.0 * cloud_view.bend.per_m, 0.0), streets_by = CLOUD_STREETS * blown_by;
-    float most_streets = min(streets + PATH_CLEAR_M * streets_by.x + streets_by.y, CLOUD_STREETS);
-    // A wave (cloud_wave) is as steep as eight of its height in a period; that of `aside` runs along a diagonal.
-    vec2 row_by = 0.8 * cells_by + vec2(1.0 / (CLOUD_STREET_M * cloud_view.clump_m)
-        + CLOUD_MEANDER * 8.0 * 1.4143 * shell.finer * cloud_view.wide.per_m, 0.0);
-    // Where cells are open they are turned out: a factor from 1 to -1 on what is 0.5 at most.
-    vec2 wide_by = shell.rough * CLOUD_CLUSTERS * (cells_by + blown_by);
+    // Open cells (cloud_open: 5 by towers, 4 by depth), and where the trades' belt ends: from 1 to 0 over a fifth of
+    // the planet's radius. Streets: by cover, and in patches whose waves are 60 streets and more long.
+    float street_m = CLOUD_STREET_M * cloud_view.clump_m / shell.finer;
+    vec2 blown_by = 9.0 * towers_by + vec2(5.0 * cloud_view.bend.per_m, 0.0),
+        streets_by = CLOUD_STREETS * (blown_by + 5.0 * most_by + vec2(PATH_PATCH_STEEP / street_m, 0.0));
+    float most_streets = min(n.streets + PATH_CLEAR_M * streets_by.x + streets_by.y, CLOUD_STREETS);
+    vec2 row_by = vec2(PATH_STREET_STEEP / street_m, 0.0);
+    // Where cells are open they are turned out: a factor from 1 to -1 on what is 0.5 at most; streets take their place.
+    vec2 wide_by = shell.rough * CLOUD_CLUSTERS * (cells_by + blown_by)
+        + 0.5 * shell.rough * CLOUD_CLUSTERS * CLOUD_STREET_CELLS / CLOUD_STREETS * streets_by;
     // Streets count twice: in the noise and in what scarce cover takes.
-    vec2 noise_by = shell.rough * CLOUD_CELLS * shape_by + wide_by + 8.0 * most_streets * row_by + 2.0 * streets_by;
-    float noise = n.excess + 0.5 - path_cover(n.cover, streets), clear = path_clear_excess(layer, n);
+    vec2 noise_by = shell.rough * CLOUD_CELLS * shape_by + wide_by + 2.0 * most_streets * row_by
+        + 2.0 * CLOUD_STREET_MOST * streets_by;
+    float noise = n.excess + 0.5 - path_cover(n.cover, n.streets), clear = path_clear_excess(layer, n);
     // Whatever the height: an anvil may have more than the whole cover. Where cover is scarce, path_cover is 12.5 times
     // as steep as cover.
     float whole = max(shell.anvil, 1.0),
         scarce = 1.0 - clamp((most - PATH_CLEAR_M * most_by.x - most_by.y) / CLOUD_SCARCE, 0.0, 1.0);
     vec2 flat_by = noise_by + (1.0 + 11.5 * scarce) * whole * most_by;
-    float flat_excess = noise - 0.5 + path_cover(whole * most, streets) + flat_by.y,
+    float flat_excess = noise - 0.5 + path_cover(whole * most, n.streets) + flat_by.y,
         flat_m = (clear - flat_excess) / flat_by.x;
     // By heights around, without an anvil: tops rise with towers.
     float near_m = PATH_REACH_M, away = near_m * shell.per_thickness;
     vec2 tops_by = shell.steep * (1.0 - shell.least_tall) / shell.least_tall * towers_by,
         near_by = noise_by + 12.5 * (most_by + tops_by);
     float near_cover = most * path_height_cover(shell, share, away, cloud_tallness(shell, w)),
-        near_excess = noise - 0.5 + path_cover(near_cover, streets) + near_by.y,
+        near_excess = noise - 0.5 + path_cover(near_cover, n.streets) + near_by.y,
         near_clear_m = shell.anvil > 0.0 ? 0.0 : (clear - near_excess) / near_by.x;
     float thickness = n.thickness + dot(wide_by + most_by, vec2(near_m, 1.0));
     float interior = min(n.interior + dot(solid_by, vec2(near_m, 1.0)), 1.0)
