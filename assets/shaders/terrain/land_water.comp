@@ -23,7 +23,6 @@ layout(binding = 0) writeonly uniform uimage2D u_land_water_out;
 uniform ivec2 u_tiles;
 
 const float FLATTEST_SINE = 0.03;   // of the view above the ground: what a pixel covers grows no longer below it
-const float DAMP_M = 0.3;           // ground up to so high over the water is wet
 
 shared uint s_water;
 #ifndef WATER_WIDE
@@ -160,7 +159,7 @@ uvec4 pixel_of(ivec2 pixel) {
         dither_noise(pixel).x + 0.5),
         texel_at(u_attributes, min(pixel, textureSize(u_surface, 0) - 1)).w);
     float width = max(length(across), 1e-3);
-    float damp = smoothstep(DAMP_M, 0.3 * DAMP_M, w.above)
+    float damp = smoothstep(WATER_DAMP_M, 0.3 * WATER_DAMP_M, w.above)
         * clamp(4.0 * (w.half_width + 1.0) / width, 0.0, 1.0) * float(w.beyond < WATER_NOWHERE_M);
     bool ground = place.open && place.surface == SURFACE_TERRAIN;
     vec4 ashore = ground ? vec4(w.coverage, damp, w.stirred, w.muddy) : vec4(0.0);

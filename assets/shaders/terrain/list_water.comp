@@ -53,6 +53,11 @@ struct TileLines {
     bool near;   // any may show in it
 };
 
+// How far from the water banks may be wet: where they, or the valley's floor, have risen by WATER_DAMP_M.
+float damp_width(float half_width, float depth) {
+    return WATER_DAMP_M * min((half_width + 2.0) / max(RIVER_BANK_SHARE * depth, 0.01), 1.0 / RIVER_FLOOR_SLOPE);
+}
+
 // least: half widths that are looked at, m.
 TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float least, int first) {
     RiverPlace p = river_bent(river_unbent(ground.middle), ground.middle, RIVER_BENDS);
@@ -64,13 +69,15 @@ TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float
         int k = lines.x, end = lines.x + lines.y, packed_line = k < end ? river_packed_line(k) : 0;
         float half_width = river_packed_half_width(packed_line);
         if (half_width > least) do {
-            float beyond = river_line(river_ends_of(packed_line), p).d - half_width;
+            RiverLine line = river_line(river_ends_of(packed_line), p);
+            float beyond = line.d - half_width, damp = damp_width(half_width, line.section.z);
+            damp = damp > ground.narrowest ? damp : 0.0;
             bool known = beyond > radius + AROUND_M;
             int j = 0, kept = min(found.count, WATER_LINES);
             if (j < kept) do {
                 known = known || (water_lines[first + 1 + j] & RIVER_NODE_MASK) == (packed_line & RIVER_NODE_MASK);
             } while (++j < kept);
-            found.near = found.near || beyond < radius;
+            found.near = found.near || beyond < radius + damp;
             if (!known && found.count < WATER_LINES) water_lines[first + 1 + found.count] = packed_line;
             found.count += known ? 0 : 1;
             packed_line = ++k < end ? river_packed_line(k) : 0;

@@ -16,6 +16,7 @@ struct LandWater {
 };
 
 const float WATER_NOWHERE_M = 3.0e38;
+const float WATER_DAMP_M = 0.3;   // ground up to so high over the water is wet
 // Water that is narrower, in pixels, is a share of the ground's.
 const float WATER_WIDE_PX = 1.5;
 // Rivers that are narrower than a pixel count as so many times as wide at most: their wet banks and green floors show
