@@ -225,7 +225,7 @@ def _described(planet: str | PlanetHandle | Scene) -> tuple[str | None, Mapping[
 
 
 def _rivers(terrain: Terrain | None) -> dict[str, bool]:
-    """"rivers", where there are any."""
+    """ "rivers", where there are any."""
     return {"rivers": True} if terrain is not None and terrain.rivers > 0.0 else {}
 
 
