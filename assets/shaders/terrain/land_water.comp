@@ -110,7 +110,8 @@ void pixel_sides(WaterPlace place, vec3 up, out vec3 across, out vec3 along) {
     along = cross(up, aside) * (width / max(dot(view, up), FLATTEST_SINE));
 }
 
-// How high a share of the way to a point lies over water whose level is known at another share of it and changes evenly,
+// How high a share of the way to a point lies over water whose level is known at another share of it and changes
+// evenly,
 // by `rise` on the whole way.
 float over_water(vec3 point, float share, float level, float known_at, float rise) {
     float height;
