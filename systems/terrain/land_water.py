@@ -41,7 +41,7 @@ class LandWater:
     def __init__(self, gpu: GpuScope, shader: Callable[..., Compute]) -> None:
         """shader: makes a compute shader of a file."""
         self._gpu, self._shader = gpu, shader
-        self._program: Program | None = None
+        self._drawn: tuple[Program, moderngl.VertexArray] | None = None
         self._over = gpu.state(depth_test=True, depth_func="always")
 
     def declare(
@@ -132,10 +132,10 @@ class LandWater:
         return run
 
     def _bind_draw(self, io: PassIO, across: int, count: int) -> Callable[[], None]:
-        if self._program is None:
-            self._program = self._gpu.program(vertex="terrain/land_water.vert", fragment="terrain/land_water.frag")
-        program = self._program
-        array = self._gpu.vertex_array(program)
+        if self._drawn is None:
+            made = self._gpu.program(vertex="terrain/land_water.vert", fragment="terrain/land_water.frag")
+            self._drawn = made, self._gpu.vertex_array(made)
+        program, array = self._drawn
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
         found, flags = io.texture(LAND_WATER), io.buffer("gbuffer.tile_flags")
 

@@ -63,14 +63,14 @@ vec2 gully_wave(ivec3 cell, vec3 f, vec3 along, mat3 turning, mat3 bent, out vec
 // changes with the place.
 Gully gully_layer(ivec3 cell, vec3 f, float wavelength_m, float amplitude_m, mat3 bent, inout Gullies t) {
     vec3 level = t.falls - t.up * dot(t.up, t.falls);
-    float steep = length(level), inverse = 1.0 / max(steep, 1e-6);
-    vec3 down = level * inverse, along = cross(t.up, down);
+    float steep = length(level), per_slope = 1.0 / max(steep, 1e-6);
+    vec3 down = level * per_slope, along = cross(t.up, down);
     mat3 d_level, turning;
     vec3 d_steep;
     for (int k = 0; k < 3; ++k) {
         d_level[k] = t.d_falls[k] - t.up * dot(t.up, t.d_falls[k]);
         d_steep[k] = dot(down, d_level[k]);
-        turning[k] = cross(t.up, d_level[k] - down * d_steep[k]) * inverse;
+        turning[k] = cross(t.up, d_level[k] - down * d_steep[k]) * per_slope;
     }
     float frequency = 1.0 / wavelength_m;
     vec3 d_wave, d_next;
