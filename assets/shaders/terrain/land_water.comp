@@ -86,10 +86,10 @@ LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
         best = beyond < nearest ? k : best;
         nearest = min(nearest, beyond);
     } while (NEXT_LINE);
-    bool any = end > begin;
+    bool some = end > begin;
     RiverEnds ends = ends_at(best);
-    ends.above.y = any ? ends.above.y : 0.0;
-    ends.below.y = any ? ends.below.y : 0.0;
+    ends.above.y = some ? ends.above.y : 0.0;
+    ends.below.y = some ? ends.below.y : 0.0;
     land_water_add(w, sums, river_line(ends, p), p, across, along);
     w.coverage = coverage;
 #else

@@ -22,7 +22,7 @@ struct TileGround {
     vec3 middle, half_box;
     float radius;      // m around the middle
     float narrowest;   // m: half of its narrowest pixel
-    bool any;
+    bool some;
 };
 
 WaterPlace look(ivec2 first, int k) {
@@ -38,13 +38,13 @@ TileGround tile_ground(ivec2 first, int looks) {
         high = place.open ? max(high, place.D) : high;
         nearest = place.open ? min(nearest, length(place.point)) : nearest;
     }
-    bool any = low.x <= high.x;
-    vec3 middle = any ? 0.5 * (low + high) : vec3(0.0), half_box = any ? WITHIN * 0.5 * (high - low) : vec3(0.0);
+    bool some = low.x <= high.x;
+    vec3 middle = some ? 0.5 * (low + high) : vec3(0.0), half_box = some ? WITHIN * 0.5 * (high - low) : vec3(0.0);
     for (int k = 0; k < looks; ++k) {
         WaterPlace place = look(first, k);
         radius = place.open ? max(radius, WITHIN * length(place.D - middle)) : radius;
     }
-    return TileGround(middle, half_box, radius, 0.5 * nearest * frame.pixel_rad, any);
+    return TileGround(middle, half_box, radius, 0.5 * nearest * frame.pixel_rad, some);
 }
 
 // Lines in the cells that a tile's ground lies in.
@@ -96,8 +96,8 @@ void main() {
     TileGround ground = tile_ground(at * TILE_PX, asked ? LOOKS : 0);
     ivec3 low = river_cell(river_unbent(ground.middle - ground.half_box));
     ivec3 sides = river_cell(river_unbent(ground.middle + ground.half_box)) - low + 1;
-    bool wide = ground.any && any(greaterThan(sides, ivec3(3)));
-    int cells = ground.any && !wide ? sides.x * sides.y * sides.z : 0, turn = 0;
+    bool wide = ground.some && any(greaterThan(sides, ivec3(3)));
+    int cells = ground.some && !wide ? sides.x * sides.y * sides.z : 0, turn = 0;
     // Where there are too many, the narrowest go.
     float least = WATER_LEAST_PX * ground.narrowest;
     TileLines found = TileLines(0, false);

@@ -48,7 +48,7 @@ float water_coverage(float d, float half_width, float reach) {
 // Sums over lines, and the first one's level, from which levels count.
 struct WaterSums {
     float total, levels, first, mixed;
-    bool any;
+    bool some;
 };
 
 const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
@@ -75,8 +75,8 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     float share = wet * terrain_river_share(line.d, half_width, line.reach,
         mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake));
     float section = terrain_river_section(line.d, half_width, deep);
-    sums.first = sums.any ? sums.first : line.section.x;
-    sums.any = true;
+    sums.first = sums.some ? sums.first : line.section.x;
+    sums.some = true;
     sums.total += share;
     sums.levels += share * (line.section.x - sums.first);
     w.depth = max(w.depth, wet * -section);
