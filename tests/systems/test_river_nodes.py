@@ -235,7 +235,7 @@ def test_rivers_are_as_rivers_are(large: Solution, record_property: Callable[[st
     large = land[(longest[land] > 0.0) & (network.catchment_m2[land] > 1e11)]
     hack = np.polyfit(np.log(network.catchment_m2[large]), np.log(longest[large] + step[large]), 1)[0]
     ratios = bifurcation(network.receiver, index)
-    for name, value in (("concavity", concavity), ("Hack", hack), ("bifurcation", ratios)):
+    for name, value in (("concavity", float(concavity)), ("Hack", float(hack)), ("bifurcation", str(ratios))):
         record_property(name, value)
     assert 0.25 < concavity < 0.75
     assert 0.45 < hack < 0.7
