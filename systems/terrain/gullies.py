@@ -8,8 +8,8 @@ A wave's phase is that of the eight corners of a lattice cell, each with a hashe
 as complex numbers and divided by their length (phasor noise, Tricard et al. 2019, "Procedural Phasor Noise"; that waves
 follow the slope of what is there already is what erosion filters of shaders do).
 
-Derivatives are exact but for two things: how the ranges' weights change, and how a valley's side bends, count as none
-in the turning of the slope.
+Derivatives are exact but for two things in the turning of the slope: how the ranges' weights change counts as none, and
+valleys as straight.
 """
 
 from __future__ import annotations

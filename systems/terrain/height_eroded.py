@@ -14,7 +14,7 @@ from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_
 from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import carve_slopes, surface_slopes
+from .height_surface import carve_slopes, side_rough, side_rough_slopes, surface_slopes
 from .rivers.valleys import Valleys, valleys
 
 __all__ = ["eroded_gradients", "eroded_noises"]
@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 _WEIGHTS = np.stack(continent_weights())
 _SCRATCH, _WARPED_SCRATCH = Scratch(), Scratch()
 _DOWN = slice(FIELDS, FIELDS + FALLING_LAYERS)
+LEAST_CUT = 1e-6
+"""Of a height's share: less than that is none."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +44,15 @@ class _Octaves:
     """(3, FIELDS + layers, N) by metre, where it was asked for, else of the layers that say which way is down"""
 
 
-def eroded_noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def eroded_noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     """As height_octaves.noises."""
     octaves = _octaves(points, model, False)
     cut = None if model.params.rivers is None else valleys(model.params.rivers, points, slopes=True)
-    v, _ = _layers(points, model, octaves, added_heights(points, model), cut, None)
+    v, found = _layers(points, model, octaves, added_heights(points, model), cut, None)
     c, b = _WEIGHTS @ octaves.noise[:FIELDS]
     sums = model.sums @ v
-    return octaves.w[:, 0], c, b, sums[:2], sums[2]
+    furrows = model.amplitude_m[_own(found)] @ (found.share * found.wave)
+    return octaves.w[:, 0], c, b, sums[:2], sums[2], furrows
 
 
 def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
@@ -67,7 +70,7 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
     bent_far = bent_near + jacobian[:, :, 0] * model.warp_m[0]
     dc, db = (np.einsum("f,afn,abn->bn", w, octaves.slope[:, :FIELDS], bent_far) for w in _WEIGHTS)
 
-    own = slice(FIRST_GULLY, FIRST_GULLY + len(found.share))
+    own = _own(found)
     plain = octaves.noise[FIELDS:][own].copy()
     ridged = model.ridge[own, None]
     d_layers = octaves.slope[:, FIELDS:] * ridge_slope(octaves.noise[FIELDS:], model.ridge[:, None])
@@ -87,12 +90,22 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
     total = np.zeros_like(dc)
     for slope, change in zip(by, (*jacobian[:, :, 0], dc, db, *d_sums, d_added, d_rougher), strict=True):
         total = total + slope * change
-    if cut is not None:
-        height, *by = carve_slopes(height, cut.base_m, cut.open, cut.raised)
-        total = by[0] * total
-        for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
-            total = total + slope * change
-    return height, total
+    if cut is None:
+        return height, total
+    carved, *by = carve_slopes(height, cut.base_m, cut.open, cut.raised)
+    rough, *by_side = side_rough_slopes(height, cut.base_m, cut.open)
+    amplitude_m = model.amplitude_m[own]
+    furrows, seen = (amplitude_m @ (w * found.share * found.wave) for w in (1.0, shown[own]))
+    d_furrows = np.einsum("k,akn->an", amplitude_m, shown[own] * (found.share * found.d_wave + found.d_share * found.wave))
+    by = [a + seen * b for a, b in zip(by, (*by_side, 0.0), strict=True)]
+    total = by[0] * total + rough * d_furrows
+    for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
+        total = total + slope * change
+    return carved + rough * furrows, total
+
+
+def _own(found: GullyLayers) -> slice:
+    return slice(FIRST_GULLY, FIRST_GULLY + len(found.share))
 
 
 def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
@@ -132,7 +145,7 @@ def _layers(
     ridged = len(model.ridge_column)
     v[:ridged] = ridge(v[:ridged], model.ridge_column)
     found = _gullies(points, model, octaves, v, added, cut, bent)
-    own = slice(FIRST_GULLY, FIRST_GULLY + len(found.share))
+    own = _own(found)
     v[own] += found.share * (found.wave - v[own])
     return v, found
 
@@ -154,16 +167,15 @@ def _gullies(
     sa, sb, z = sums @ v[first]
     height, *by, _ = surface_slopes(k, *w1, c, b, sa, sb, z, *added, z)
     by_sums, rough = np.stack(by[5:8]), by[7]
-    open_m: Any = 0.0
-    if cut is not None:
-        _, by_h, _, open_m, _ = carve_slopes(height, cut.base_m, cut.open, cut.raised)
-        by_sums, rough = by_h * by_sums, by_h * rough
     weights = np.einsum("sk,sn->kn", sums, by_sums)
     crest, bend = crest_slopes(octaves.noise[_DOWN], model.ridge[first, None])
     gradient = octaves.slope[:, _DOWN]
-    falls = (weights * crest * gradient).sum(axis=1)
+    falls = uncarved = (weights * crest * gradient).sum(axis=1)
+    open_m: Any = 0.0
     if cut is not None:
-        falls = falls + open_m * cut.d_open
+        _, by_h, _, open_m, _ = carve_slopes(height, cut.base_m, cut.open, cut.raised)
+        weights, rough = by_h * weights, by_h * rough + side_rough(height, cut.base_m, cut.open)
+        falls = by_h * uncarved + open_m * cut.d_open
     d_falls = None
     if bent is not None:
         frequency = model.warped.frequency[_DOWN]
@@ -171,6 +183,11 @@ def _gullies(
         d_falls = np.einsum("kn,akn,bkn->abn", weights * bend, gradient, gradient)
         d_falls += np.einsum("kn,abkn->abn", weights * crest, second)
         d_falls = np.einsum("acn,cbn->abn", d_falls, bent)
+        if cut is not None and cut.d_open is not None and cut.d_base is not None:
+            # A valley's side is a parabola: open'' = -open'^2 / (2 (1 - open)).
+            bow = (0.5 * open_m / np.maximum(1.0 - cut.open, LEAST_CUT)) * cut.d_open
+            over = (open_m > 0.0) * (uncarved - cut.d_base) - bow
+            d_falls += np.einsum("an,bn->abn", uncarved, cut.d_open) + np.einsum("an,bn->abn", cut.d_open, over)
     end = min(END_GULLY, model.layers)
 
     def corners(number: int) -> Corners:

@@ -15,7 +15,16 @@ from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, Model, build_model, continent_weights
 from .height_params import TerrainParams
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import carve, carve_slopes, hypsometry_slope, limit, surface, surface_parts, surface_slopes
+from .height_surface import (
+    carve,
+    carve_slopes,
+    hypsometry_slope,
+    limit,
+    side_rough,
+    surface,
+    surface_parts,
+    surface_slopes,
+)
 from .rivers.valleys import valleys
 
 Floats = NDArray[np.float64]
@@ -33,21 +42,27 @@ def model_of(params: TerrainParams) -> Model:
 
 
 def heights(points: Floats, model: Model) -> Floats:
-    found = _uncarved(points, model)
+    found, furrows = _uncarved(points, model)
     if model.params.rivers is None:
         return found
     cut = valleys(model.params.rivers, points)
-    return carve(found, cut.base_m, cut.open, cut.raised)
+    return carved(found, cut.base_m, cut.open, cut.raised, furrows)
 
 
-def _uncarved(points: Floats, model: Model) -> Floats:
-    w1, c, b, shapes, z = noises(points, model)
+def carved(h: Floats, base: Floats, left: Floats, raised: Floats, furrows: Floats | float) -> Floats:
+    """Heights h (N,) cut by rivers, with gullies on the sides of their valleys; furrows: as `noises` has them."""
+    found = carve(h, base, left, raised)
+    return found + side_rough(h, base, left) * furrows
+
+
+def _uncarved(points: Floats, model: Model) -> tuple[Floats, Floats | float]:
+    w1, c, b, shapes, z, furrows = noises(points, model)
     added, rougher = added_heights(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
-        return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)])
-    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher)
+        return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)]), furrows
+    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher), furrows
 
 
 def anchor_ground(
@@ -74,7 +89,7 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     The bound is three standard deviations of the relief layers times the roughness there, and the largest slopes of
     ranges, continents, craters and map.
     """
-    w1, c, b, shapes, z = noises(points, model)
+    w1, c, b, shapes, z, furrows = noises(points, model)
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     added, rougher = added_heights(points, model)
@@ -89,19 +104,20 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     if table is None:
         return height, slope
     cut = valleys(table, points)
-    carved = carve(height, cut.base_m, cut.open, cut.raised)
     there = (cut.open < 1.0) | (cut.raised > 0.0)
+    if model.gullied:
+        slope += model.relief_slope * side_rough(height, cut.base_m, cut.open)
     # The ground's own slope shrinks in a valley, and its height above the river turns into one.
-    return carved, slope + there * (table.steepest_per_m * np.abs(height - cut.base_m) + STEEPEST_BANK)
+    return carved(height, cut.base_m, cut.open, cut.raised, furrows), slope + there * (table.steepest_per_m * np.abs(height - cut.base_m) + STEEPEST_BANK)
 
 
 STEEPEST_BANK = 0.6
 """Slope of river beds and banks that hardly any exceeds: twice the depth by half the width."""
 
 
-def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """w1 (3, N), c and b (N,), both parts of s (2, N), and z (N,) at points (3, N)."""
-    return eroded_noises(points, model) if model.gullied else _noises(points, model)
+def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats | float]:
+    """w1 (3, N), c and b (N,), both parts of s (2, N), z (N,) at points (3, N), and what of z is gullies (N,)."""
+    return eroded_noises(points, model) if model.gullied else (*_noises(points, model), 0.0)
 
 
 def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -127,6 +127,7 @@ class TerrainParams:
             raise MapError(
                 f"Terrain.height_map_range_m: expected (lowest, highest) in metres, found {tuple(range_m)!r}; swap them"
             )
+        knobs: dict[str, Any] = {name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)}
         return TerrainParams(
             radius_m=float(radius_m),
             seed=int(terrain.seed),
@@ -135,7 +136,7 @@ class TerrainParams:
             layers=int(terrain.layers),
             colored=bool(getattr(terrain, "color_map", "")),
             height_map=height_map(path, None if range_m is None else tuple(range_m)) if path else None,
-            **{name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)},
+            **knobs,
         )
 
     @property

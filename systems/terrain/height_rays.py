@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ...engine.space import ray_sphere_from
 from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
-from .height_octaves import STEEPEST_BANK
-from .height_surface import carve, limit
+from .height_octaves import STEEPEST_BANK, carved
+from .height_surface import limit, side_rough
 from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at, valleys_at
 
 __all__ = ["raycast"]
@@ -76,7 +76,7 @@ def raycast(field: TerrainField, origins: Floats, directions: Floats, max_distan
 class _Places:
     """Places on rays at which the ground is known, as arrays that are cut down together."""
 
-    columns = ("ray", "t", "above", "base", "z", "craters", "clearance", "kind", "feet", "cut")
+    columns = ("ray", "t", "above", "base", "z", "furrows", "craters", "clearance", "kind", "feet", "cut")
 
     def __init__(self) -> None:
         self.ray = np.zeros(0, np.int64)
@@ -89,6 +89,8 @@ class _Places:
     """Height above the reference sphere."""
     base: Floats
     z: Floats
+    furrows: Floats
+    """What of z is gullies."""
     craters: Floats
     clearance: Floats
 
@@ -162,7 +164,7 @@ class _Search:
         away = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-9)
         found.ray, found.t, found.above = ray, t, away - self.field.radius_m
         found.feet = p * (self.field.radius_m / away)
-        found.base, found.z, found.kind = ground_at(found.feet, detail)
+        found.base, found.z, found.furrows, found.kind = ground_at(found.feet, detail)
         found.cut = valleys_at(found.feet, detail)
         found.craters, found.clearance = np.zeros(len(t)), np.zeros(len(t))
         return found
@@ -205,10 +207,14 @@ class _Search:
         rough = places.kind[Kind.ROUGH]
         ground = places.base + rough * (places.z + detail.mean_m) + places.craters
         ground = limit(self.model.constants, ground)
-        carved = ground
+        there = ground
+        kind = places.kind
         if self.rivers is not None:
-            carved = carve(ground, *places.cut)
-        places.clearance = places.above - carved
+            there = carved(ground, *places.cut, places.furrows)
+            if self.model.gullied:
+                kind = kind.copy()
+                kind[Kind.ROUGH] += side_rough(ground, places.cut[0], places.cut[1])
+        places.clearance = places.above - there
         rest = rough * detail.rest_m + detail.craters_down_m
         sunk = np.flatnonzero(places.clearance <= -_DOUBT * rest)
         on_way = sunk[places.t[sunk] > self.near[places.ray[sunk]]]
@@ -219,11 +225,11 @@ class _Search:
         before = places.t[a] < np.minimum(self.doubtful, self.below)[places.ray[a]]
         length = places.t[b] - places.t[a]
         reach = length * self.stretch
-        rise = detail.rise(reach, np.maximum(places.kind[:, a], places.kind[:, b]))
+        rise = detail.rise(reach, np.maximum(kind[:, a], kind[:, b]))
         if self.craters is not None:
             rise += self.paths.rise(self.craters, reach)
         if self.rivers is not None:
-            cut_m, base_m = np.abs(ground - carved), np.abs(ground - places.cut[0])
+            cut_m, base_m = np.abs(ground - there), np.abs(ground - places.cut[0])
             slope = self.rivers.steepest_per_m * (np.maximum(base_m[a], base_m[b]) + rise) + STEEPEST_BANK
             rise += np.minimum(np.maximum(cut_m[a], cut_m[b]), 0.5 * reach * slope)
         ca, cb = places.clearance[a], places.clearance[b]

@@ -86,16 +86,28 @@ def carve(h: Any, base: Any, open: Any, raised: Any) -> Any:
 
 SUBMERGED_M = 15.0
 
+
+def side_rough(h: Any, base: Any, open: Any) -> Any:
+    """Roughness that gullies alone have on a valley's side, most where half of its height is cut away: relief shrinks
+    there, and what the river has cut off is steep."""
+    over = positive(h - base)
+    return SIDES * open * (1.0 - open) * over / (over + SIDES_M)
+
+
+SIDES, SIDES_M = 2.4, 150.0
+
 # -- what is made of them ----------------------------------------------------------------------------------------------
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), {**vars(height_steps), **globals()})
-_SLOPES = {name: _MADE[name].slopes({}) for name in ("hypsometry", "limit", "carve")}
+_SLOPES = {name: _MADE[name].slopes({}) for name in ("hypsometry", "limit", "carve", "side_rough")}
 # Where the roughness changes, the ground shows the layers of z that its footprint shows.
 _SLOPES["surface"] = _MADE["surface"].slopes({"z": "seen_z"}, ["on_land"])
 
 hypsometry_slope, limit_slope = _MADE.python(_SLOPES["hypsometry"]), _MADE.python(_SLOPES["limit"])
 carve_slopes = _MADE.python(_SLOPES["carve"])
 """(the inputs of `carve`) -> the height and its derivatives by them."""
+side_rough_slopes = _MADE.python(_SLOPES["side_rough"])
+"""(the inputs of `side_rough`) -> the roughness and its derivatives by them."""
 surface_slopes = _MADE.python(_SLOPES["surface"])
 """(k, the inputs of `surface`, seen_z) -> the height, its derivatives by the inputs, and on_land."""
 

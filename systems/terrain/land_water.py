@@ -19,7 +19,7 @@ from ...engine.blocks.bindings import (
 )
 from ...engine.frame import ViewInfo
 from ...engine.frame.gbuffer import GBUFFER, tiles_of
-from ...engine.gpu import Compute, GpuScope, Program
+from ...engine.gpu import Compute, GpuScope, Program, VertexArray
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 
 __all__ = ["LAND_WATER", "LandWater"]
@@ -41,7 +41,7 @@ class LandWater:
     def __init__(self, gpu: GpuScope, shader: Callable[..., Compute]) -> None:
         """shader: makes a compute shader of a file."""
         self._gpu, self._shader = gpu, shader
-        self._drawn: tuple[Program, moderngl.VertexArray] | None = None
+        self._drawn: tuple[Program, VertexArray] | None = None
         self._over = gpu.state(depth_test=True, depth_func="always")
 
     def declare(

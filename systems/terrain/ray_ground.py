@@ -176,19 +176,19 @@ def detail_of(model: Model, length_m: float) -> Detail:
     return _detail(_Same(model), length_m)
 
 
-def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats]:
+def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats]:
     """At places (3, N) on the sphere: height (N,) of continents, ranges and map; the detail's layers of relief (N,), by
-    roughness; and what the ground is like (4, N), see Kind."""
+    roughness, and the gullies among them (N,); and what the ground is like (4, N), see Kind."""
     parts = [_ground_at(feet[:, a : a + BLOCK], detail) for a in range(0, feet.shape[1], BLOCK)]
     if len(parts) == 1:
         return parts[0]
-    base, z, kind = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-    return base, z, kind
+    base, z, furrows, kind = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+    return base, z, furrows, kind
 
 
-def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats]:
+def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats]:
     model, k = detail.model, detail.model.constants
-    w1, c, b, shapes, z = noises(feet, model)
+    w1, c, b, shapes, z, furrows = noises(feet, model)
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     continents, coasts, hills, ranges = detail.steepness
     kind = np.zeros((len(Kind), len(z)))
@@ -202,7 +202,7 @@ def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats]:
         rough = rough + np.minimum(model.map_roughness * differences, MOST_ROUGH)
         kind[Kind.MAP] = slopes_at(found, feet, model.params.radius_m)
     kind[Kind.ROUGH] = rough
-    return base, z, kind
+    return base, z, np.broadcast_to(furrows, z.shape), kind
 
 
 def valleys_at(feet: Floats, detail: Detail) -> Floats:

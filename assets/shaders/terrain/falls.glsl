@@ -2,6 +2,8 @@
 // Part of terrain/height.glsl.
 #include "terrain/gullies.glsl"
 
+const float TERRAIN_LEAST_CUT = 1e-6;   // of a height's share: less than that is none
+
 // Noise at an octave's place as terrain_noise has it, and its second derivatives.
 vec4 terrain_noise_hessian(TerrainLattice lattice, TERRAIN_PLACE d, out mat3 second) {
     ivec3 cell;
@@ -58,12 +60,19 @@ Gullies terrain_gullies(TERRAIN_PLACE near, mat3 to_near, vec3 up, vec3 w1, vec2
     TerrainSurfaceSlopes t = terrain_surface_slopes(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y,
         sums.x, sums.y, sums.z, added, rougher, sums.z);
     vec3 by = vec3(t.by_sa, t.by_sb, t.by_z), aside = vec3(0.0);
+    float sides = 0.0;
+    mat3 d_aside = mat3(0.0);
 #ifdef TERRAIN_RIVERS
-    TerrainCarveSlopes carved = terrain_carve_slopes(t.value, terrain_table.rivers.base_m + cut.base, cut.open,
-        cut.raised);
+    float base_m = terrain_table.rivers.base_m + cut.base;
+    TerrainCarveSlopes carved = terrain_carve_slopes(t.value, base_m, cut.open, cut.raised);
+    // A valley's side is a parabola: open'' = -open'^2 / (2 (1 - open)).
+    vec3 uncarved = d_sums * by, bow = (0.5 * carved.by_open / max(1.0 - cut.open, TERRAIN_LEAST_CUT)) * cut.d_open;
+    vec3 over = (carved.by_open > 0.0 ? uncarved - cut.d_base : vec3(0.0)) - bow;
+    d_aside = outerProduct(uncarved, cut.d_open) + outerProduct(cut.d_open, over);
     by *= carved.by_h;
     aside = carved.by_open * cut.d_open;
+    sides = terrain_side_rough(t.value, base_m, cut.open);
 #endif
-    return Gullies(d_sums * by + aside, (by.x * dd_a + by.y * dd_b + by.z * dd_z) * to_near, up, by.z,
-        terrain_table.erosion);
+    return Gullies(d_sums * by + aside, (by.x * dd_a + by.y * dd_b + by.z * dd_z) * to_near + d_aside, up,
+        by.z + sides, terrain_table.erosion, 0.0, 0.0, vec3(0.0));
 }

@@ -12,8 +12,8 @@ void terrain_far_fields(int o, vec3 far, inout vec2 fields) {
 #define TERRAIN_FAR_GULLIES , inout Gullies gullies
 #define TERRAIN_FAR_GULLIES_OF(t) , t
 
-// A layer's value, v without gullies, at the place that its lattice is asked at.
-float terrain_far_gully(int i, float v, vec3 at, inout Gullies gullies) {
+// A layer's value, v without gullies, at the place that its lattice is asked at. weight: what it has of the height.
+float terrain_far_gully(int i, float v, vec3 at, float weight, inout Gullies gullies) {
     TerrainLayer layer = terrain_table.layers[i];
     // Others look at the first one's cells and keep what they have.
     bool own = i >= GULLY_FIRST && i < GULLY_END;
@@ -23,6 +23,7 @@ float terrain_far_gully(int i, float v, vec3 at, inout Gullies gullies) {
         terrain_place(layer.lattice, at, cell, fraction);
         Gully gully = gully_layer(cell, fraction, layer.lattice.wavelength_m, layer.amplitude_m, mat3(1.0), gullies);
         v = mix(v, gully.wave, gully.share);
+        gullies.furrows += weight * layer.amplitude_m * gully.share * gully.wave;
     }
     return v;
 }
@@ -35,15 +36,16 @@ float terrain_far_gully(int i, float v, vec3 at, inout Gullies gullies) {
 void terrain_far_layer(int i, float n, vec3 at, float spacing_m, inout vec2 shape, inout float z TERRAIN_FAR_GULLIES) {
     TerrainLayer layer = terrain_table.layers[i];
     n = terrain_ridge(n, layer.ridge);
+    float shown = terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
 #ifdef TERRAIN_ERODED
-    n = terrain_far_gully(i, n, at, gullies);
+    n = terrain_far_gully(i, n, at, shown, gullies);
 #endif
     bool ranges = i < TERRAIN_SHAPE_LAYERS;
     shape += (ranges ? layer.range_weight * n : 0.0) * (i < TERRAIN_GATING_LAYERS ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
 #ifdef TERRAIN_MAPPED
-    float weight = ranges ? 1.0 : terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+    float weight = ranges ? 1.0 : shown;
 #else
-    float weight = ranges ? 0.0 : terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+    float weight = ranges ? 0.0 : shown;
 #endif
     z += weight * layer.amplitude_m * n;
 }
@@ -61,15 +63,16 @@ void terrain_far_layers(int i, vec3 D, vec3 near, float spacing_m, inout vec2 sh
     } while (++i < end);
 }
 
-// The height of these noises, with craters and the map.
-float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 shape, float z) {
+// The height of these noises, with craters and the map. furrows: what of z is gullies.
+float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 shape, float z, float furrows) {
     TerrainSources sources;
     float added = terrain_table.anchor.added_m + terrain_sources(D, spacing_m, sources);
     float h = terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
         added, sources.rougher);
 #ifdef TERRAIN_RIVERS
     TerrainCut cut = terrain_cut(D);
-    h = terrain_carve(h, terrain_table.rivers.base_m + cut.base, cut.open, cut.raised);
+    float base_m = terrain_table.rivers.base_m + cut.base, sides = terrain_side_rough(h, base_m, cut.open);
+    h = terrain_carve(h, base_m, cut.open, cut.raised) + sides * furrows;
 #endif
     return h;
 }
@@ -100,10 +103,13 @@ float terrain_far_height(vec3 D, float spacing_m) {
 
     vec2 fields = vec2(0.0), shape = vec2(0.0);
     terrain_far_fields(0, far, fields);
-    float z = 0.0;
+    float z = 0.0, furrows = 0.0;
 #ifdef TERRAIN_ERODED
     Gullies gullies = terrain_far_gullies(D, near, mat3(1.0), spacing_m, w1, fields);
 #endif
     terrain_far_layers(0, D, near, spacing_m, shape, z TERRAIN_FAR_GULLIES_OF(gullies));
-    return terrain_far_surface(D, spacing_m, w1, fields, shape, z);
+#ifdef TERRAIN_ERODED
+    furrows = gullies.furrows;
+#endif
+    return terrain_far_surface(D, spacing_m, w1, fields, shape, z, furrows);
 }

@@ -47,7 +47,7 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     float power = 0.5;
     float in_ranges = max(1.0 - 0.2 / max(roughness, 1e-3), 0.0);
 #ifdef TERRAIN_ERODED
-    Gullies gullies = Gullies(falls, mat3(0.0), up, roughness, terrain_table.erosion);
+    Gullies gullies = Gullies(falls, mat3(0.0), up, roughness, terrain_table.erosion, 0.0, 0.0, vec3(0.0));
 #endif
     int i = begin;
     do {

@@ -10,6 +10,8 @@ struct Gullies {
     vec3 up;
     float rough;     // metres by metre of relief
     float strength;  // 0..1
+    float furrows, seen_furrows;  // metres of relief that are gullies, and what of these the gradients' band shows
+    vec3 d_furrows;               // of the seen ones
 };
 
 // A layer of gullies at a place.

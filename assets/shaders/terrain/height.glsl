@@ -224,8 +224,13 @@ void terrain_add_gully(int i, TERRAIN_PLACE at, mat3 to_at, float spacing_m, ino
     Gully gully = gully_layer(cell, fraction, layer.lattice.wavelength_m, layer.amplitude_m, to_at, gullies);
     float plain = terrain_ridge(n.w, layer.ridge), v = layer.amplitude_m * mix(plain, gully.wave, gully.share);
     float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
-    sum.z += v * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+    float shown = terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+    sum.z += v * shown;
     sum.seen_z += weight * v;
+    float furrow = layer.amplitude_m * gully.share * gully.wave;
+    gullies.furrows += shown * furrow;
+    gullies.seen_furrows += weight * furrow;
+    gullies.d_furrows += (weight * layer.amplitude_m) * (gully.share * gully.d_wave + gully.d_share * gully.wave);
     d_place += weight * layer.amplitude_m * ((1.0 - gully.share) * terrain_ridge_slope(n.w, layer.ridge) * n.xyz
         + gully.share * gully.d_wave + gully.d_share * (gully.wave - plain));
 }
@@ -244,7 +249,7 @@ void terrain_add_layer(TerrainLayer layer, vec4 n, float spacing_m, float share,
 // with a gradient; of those shorter than two spacings the height alone.
 void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m, int begin,
 #ifdef TERRAIN_ERODED
-    Gullies gullies,
+    inout Gullies gullies,
 #endif
     inout TerrainRelief sum) {
     int warped = terrain_table.warped_layers, shown = terrain_shown_layers(spacing_m), i = begin;
@@ -294,7 +299,7 @@ void terrain_relief_layers(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
 
 TerrainRelief terrain_relief(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m
 #ifdef TERRAIN_ERODED
-    , Gullies gullies
+    , inout Gullies gullies
 #endif
 ) {
     TerrainRelief sum = TerrainRelief(TERRAIN_NUMBER(vec2(0.0)), TERRAIN_NUMBER(0.0), 0.0, 0.0, vec3(0.0), vec3(0.0),
@@ -322,10 +327,11 @@ float terrain_moisture(vec3 w1, float dug) {
     return clamp(moisture - TERRAIN_DUG_DRY * dug, 0.0, 1.0);
 }
 
-// Metres above the anchor's height. added: by craters and map, as a change from the anchor; cut: by rivers.
+// Metres above the anchor's height. added: by craters and map, as a change from the anchor; cut: by rivers; furrows:
+// metres of relief that are gullies.
 TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_REAL added, float rougher
 #ifdef TERRAIN_RIVERS
-    , TerrainCut cut, out TERRAIN_REAL uncarved
+    , TerrainCut cut, float furrows, out TERRAIN_REAL uncarved
 #endif
 ) {
     TerrainConstants k = terrain_table.constants;
@@ -336,7 +342,8 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
         added, pair(rougher));
 #ifdef TERRAIN_RIVERS
     uncarved = h;
-    h = terrain_carve(h, pair(cut.base), pair(cut.open), pair(cut.raised));
+    float sides = terrain_side_rough(h.high, cut.base, cut.open);
+    h = pair_add(terrain_carve(h, pair(cut.base), pair(cut.open), pair(cut.raised)), pair(sides * furrows));
 #endif
     return h;
 #else
@@ -350,6 +357,7 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
     uncarved = at.uncarved_m + dh;
     dh = terrain_carve_change(at.uncarved_m, at.base_m, at.open, at.raised, dh, cut.base, cut.open - at.open,
         cut.raised - at.raised);
+    dh += terrain_side_rough(uncarved, at.base_m + cut.base, cut.open) * furrows;
 #endif
     return anchor.height_m + dh;
 #endif
@@ -369,18 +377,24 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     TERRAIN_REAL uncarved;
     TerrainCut cut = terrain_cut(D);
 #endif
+    float furrows = 0.0, seen_furrows = 0.0;
+    vec3 d_furrows = vec3(0.0);
 #ifdef TERRAIN_ERODED
-    TerrainRelief relief = terrain_relief(broad, D, spacing_m, terrain_gullies(broad.near, broad.to_near, up, w1,
-        fields, anchor.added_m + TERRAIN_SINGLE(added), sources.rougher,
+    Gullies gullies = terrain_gullies(broad.near, broad.to_near, up, w1, fields,
+        anchor.added_m + TERRAIN_SINGLE(added), sources.rougher,
 #ifdef TERRAIN_RIVERS
         cut,
 #endif
-        terrain_shown_layers(spacing_m)));
+        terrain_shown_layers(spacing_m));
+    TerrainRelief relief = terrain_relief(broad, D, spacing_m, gullies);
+    furrows = gullies.furrows;
+    seen_furrows = gullies.seen_furrows;
+    d_furrows = gullies.d_furrows;
 #else
     TerrainRelief relief = terrain_relief(broad, D, spacing_m);
 #endif
 #ifdef TERRAIN_RIVERS
-    height_m = terrain_height(broad, relief, added, sources.rougher, cut, uncarved);
+    height_m = terrain_height(broad, relief, added, sources.rougher, cut, furrows, uncarved);
 #else
     height_m = terrain_height(broad, relief, added, sources.rougher);
 #endif
@@ -390,18 +404,22 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
         s.y, anchor.ranges_m + TERRAIN_SINGLE(relief.range_z) + relief.z, anchor.added_m + TERRAIN_SINGLE(added),
         sources.rougher, relief.seen_z);
     vec3 slope = terrain_slope(t, broad, relief, sources);
-    float kept = 1.0;
+    float kept = 1.0, sides = 0.0;
 #ifdef TERRAIN_RIVERS
-    TerrainCarveSlopes by = terrain_carve_slopes(TERRAIN_SINGLE(uncarved), terrain_table.rivers.base_m + cut.base,
-        cut.open, cut.raised);
-    slope = by.by_h * slope + by.by_base * cut.d_base + by.by_open * cut.d_open + by.by_raised * cut.d_raised;
+    float base_m = terrain_table.rivers.base_m + cut.base;
+    TerrainCarveSlopes by = terrain_carve_slopes(TERRAIN_SINGLE(uncarved), base_m, cut.open, cut.raised);
+    TerrainSideRoughSlopes side = terrain_side_rough_slopes(TERRAIN_SINGLE(uncarved), base_m, cut.open);
+    slope = (by.by_h + side.by_h * seen_furrows) * slope + (by.by_base + side.by_base * seen_furrows) * cut.d_base
+        + (by.by_open + side.by_open * seen_furrows) * cut.d_open + by.by_raised * cut.d_raised
+        + side.value * d_furrows;
     kept = by.by_h;
+    sides = side.value;
 #endif
 
     TerrainPoint point;
     point.dh = TERRAIN_SINGLE(height_m);
     point.gradient = slope - up * dot(up, slope);
-    point.roughness = t.by_z * kept;
+    point.roughness = t.by_z * kept + sides;
     point.moisture = terrain_moisture(w1, sources.dug);
     point.mountains = t.on_land;
     return point;

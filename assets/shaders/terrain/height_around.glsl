@@ -84,5 +84,9 @@ float terrain_height_around(TerrainAround t, vec3 D, float spacing_m) {
             spacing_m, shape, z TERRAIN_FAR_GULLIES_OF(gullies));
     }
     terrain_far_layers(t.layers, D, near, spacing_m, shape, z TERRAIN_FAR_GULLIES_OF(gullies));
-    return terrain_far_surface(D, spacing_m, t.broad.w1 + t.broad.j1 * d, fields, shape, z);
+    float furrows = 0.0;
+#ifdef TERRAIN_ERODED
+    furrows = gullies.furrows;
+#endif
+    return terrain_far_surface(D, spacing_m, t.broad.w1 + t.broad.j1 * d, fields, shape, z, furrows);
 }

@@ -200,7 +200,7 @@ def _near_cells(a: Floats, b: Floats, far: Floats, radius: float) -> list[tuple[
                 number, cell = number[on], cell[on]
                 # Alternating projections between box and line converge to their distance from above.
                 origin, way = a[number], along[number]
-                spot = cell + 0.5
+                spot = foot = cell + 0.5
                 for _ in range(3):
                     t = np.clip(((spot - origin) * way).sum(axis=1) / square[number], 0.0, 1.0)
                     foot = origin + t[:, None] * way
