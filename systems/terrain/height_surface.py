@@ -94,7 +94,7 @@ def side_rough(h: Any, base: Any, open: Any) -> Any:
     return SIDES * open * (1.0 - open) * over / (over + SIDES_M)
 
 
-SIDES, SIDES_M = 2.4, 150.0
+SIDES, SIDES_M = 6.0, 400.0
 
 # -- what is made of them ----------------------------------------------------------------------------------------------
 
