@@ -96,7 +96,9 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
     rough, *by_side = side_rough_slopes(height, cut.base_m, cut.open)
     amplitude_m = model.amplitude_m[own]
     furrows, seen = (amplitude_m @ (w * found.share * found.wave) for w in (1.0, shown[own]))
-    d_furrows = np.einsum("k,akn->an", amplitude_m, shown[own] * (found.share * found.d_wave + found.d_share * found.wave))
+    d_furrows = np.einsum(
+        "k,akn->an", amplitude_m, shown[own] * (found.share * found.d_wave + found.d_share * found.wave)
+    )
     by = [a + seen * b for a, b in zip(by, (*by_side, 0.0), strict=True)]
     total = by[0] * total + rough * d_furrows
     for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):

@@ -108,7 +108,9 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     if model.gullied:
         slope += model.relief_slope * side_rough(height, cut.base_m, cut.open)
     # The ground's own slope shrinks in a valley, and its height above the river turns into one.
-    return carved(height, cut.base_m, cut.open, cut.raised, furrows), slope + there * (table.steepest_per_m * np.abs(height - cut.base_m) + STEEPEST_BANK)
+    return carved(height, cut.base_m, cut.open, cut.raised, furrows), slope + there * (
+        table.steepest_per_m * np.abs(height - cut.base_m) + STEEPEST_BANK
+    )
 
 
 STEEPEST_BANK = 0.6
