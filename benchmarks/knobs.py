@@ -51,6 +51,18 @@ COMPONENTS: dict[str, type] = {
 """Tables of a change's key: {"terrain.layers": 4}."""
 
 
+FEW_CELLS = {"terrain.drainage_cells": 40_000}
+"""Rivers that are solved in a moment."""
+OF_RIVERS = frozenset(
+    f"terrain.{name}"
+    for name in (
+        "seed", "highest_m", "lowest_m", "layers", "land_share", "continent_size", "plains", "mountains", "hills",
+        "roughness", "warp", "humidity", "snow_line_m", "snow_line_pole_m",
+    )
+)  # fmt: skip
+"""Knobs on which rivers hang."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Pair:
     """Two pictures that differ in one knob.
@@ -75,7 +87,8 @@ class Pair:
 
     def changes(self, key: str, value: Any) -> dict[str, Any]:
         """Settings of one of the pictures of the knob `key`: {"table.field": value}."""
-        return {**self.both} if value is None else {**self.both, key: value}
+        few = FEW_CELLS if OF_RIVERS & {key, *self.both} else {}
+        return {**few, **self.both} if value is None else {**few, **self.both, key: value}
 
 
 def component(scene: Scene, table: str) -> Any:
@@ -136,6 +149,9 @@ PAIRS: dict[str, Pair] = {
     "terrain.height_map_detail": Pair("mars", "valley", 0.0),
     "terrain.color_map": Pair("moon", "space", ""),
     "terrain.color_map_strength": Pair("moon", "space", 0.0, off=1.0),
+    "terrain.rivers": Pair("earth", "river", 0.0),
+    "terrain.erosion": Pair("earth", "ranges", 0.0),
+    "terrain.drainage_cells": Pair("earth", "river", 40_000),
     "terrain.rock_albedo": Pair("earth", "high", (0.3, 0.1, 0.1)),
     "terrain.strata_albedo": Pair("small", "near", (0.5, 0.1, 0.1)),
     "terrain.strata": Pair("small", "near", 0.0),

@@ -46,7 +46,7 @@ FIRST_GULLY, END_GULLY = 6, 12
 """Layers of relief that may become gullies: 2 km to 64 m on Earth."""
 FALLING_LAYERS = FIRST_GULLY
 """Layers before these say which way is down."""
-AMPLITUDE = 0.33
+AMPLITUDE = 0.3
 """Of waves, in amplitudes of the noise in whose place they stand: their root mean squares are 0.71 and 0.28."""
 TURN = 2.0 * np.pi
 """Radians of phase by the lattice coordinate: a wave a cell."""

@@ -74,6 +74,7 @@ INPUTS: dict[str, str] = {
     "mean_warmth": "0 at the snow line, 1 at the equator's sea; falls with height and towards the poles",
     "warmth": "the same with some chance",
     "warmth_per_m": "by how much it falls with each metre of height",
+    "sunny": "-1: as steep a slope to the pole as there is any, 1: to the equator; 0 in the tropics",
     "mean_humidity": "moisture in its climate: 0.3 is desert, 0.7 forest",
     "humidity": "the same with some chance",
     "green": "share that plants may cover, 0..1: wet enough, and Terrain.plants allows it",
@@ -142,10 +143,12 @@ MATERIALS: tuple[Material, ...] = (
         roughness=0.4, bumps_before="rock", stones=0.25, plants=0.0, at_foot=True,
         ripples=Ripples(0.07, 0.4, 0.22, 0.08, "beach_share * (1.0 - rock_share) * (1.0 - snow_share)")),
     # The line is as wide as the hidden relief spreads it.
-    Material("snow", "above its line; thin on steep faces", "ground", """
+    Material("snow", "above its line, which is higher on sunny slopes; thin on steep faces", "ground", """
         float hidden = min(0.25 * hidden_slope * footprint_m * warmth_per_m, 0.12), spread = 0.012 + 0.6 * hidden;
-        float snowy = smoothstep(spread, -spread, warmth - (0.012 + 0.5 * hidden) * grain - 0.012 * mixed);
-        float sheds = (slope - snow_slope) / (0.25 * snow_slope + hidden_slope) + 0.7 * grain + 0.4 * mixed;
+        float melts = warmth + 0.06 * sunny - (0.006 + 0.25 * hidden) * grain - 0.012 * mixed;
+        float snowy = smoothstep(spread, -spread, melts);
+        float sheds = (slope - snow_slope) / (0.25 * snow_slope + hidden_slope) + 0.25 * grain + 0.2 * mixed
+            + 0.5 * sunny;
         return snowy * (1.0 - 0.9 * smoothstep(-1.0, 1.0, sheds));
         """, "snow_albedo", "albedo * (1.0 + 0.03 * patches + 0.025 * grain)",
         buries=0.5, stones=0.0, plants=0.0, ripples=Ripples(1.15, 0.9, 0.16, 0.02)),

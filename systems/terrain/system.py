@@ -54,7 +54,7 @@ _SHAPE = (
     *("height_map_range_m", "color_map"),
     *("rivers", "drainage_cells"),
 )
-_WAIT_S = 0.2
+_WAIT_S = 2.0
 _CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
 """What rivers follow from as well."""
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")

@@ -18,7 +18,7 @@ from golden_compare import Limit
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.benchmarks.knobs import HAZE, KNOB_SIZE, QUALITY_VIEW, SHADE_PAIRS, Pair, changed
+from planetfall.benchmarks.knobs import FEW_CELLS, HAZE, KNOB_SIZE, QUALITY_VIEW, SHADE_PAIRS, Pair, changed
 from planetfall.benchmarks.scenes import preset_scene
 from planetfall.components.clouds import KIND_LAYERS
 
@@ -161,12 +161,14 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("bloom_off", "earth", "limb", {"composite.bloom": 0.0}),
     knob_picture("bloom_strong", "earth", "limb", {"composite.bloom": 0.1}),
     knob_picture("shadows_off", "earth", "sunset", {"terrain.shadows": False}),
-    knob_picture("relief_strong", "earth", "dusk", {"terrain.roughness": 3.0}),
-    knob_picture("occlusion_off", "earth", "dusk", {"terrain.roughness": 3.0, "terrain.occlusion": False}),
+    knob_picture("relief_strong", "earth", "dusk", {**FEW_CELLS, "terrain.roughness": 3.0}),
+    knob_picture("occlusion_off", "earth", "dusk", {**FEW_CELLS, "terrain.roughness": 3.0, "terrain.occlusion": False}),
     knob_picture("stars_off", "earth", "night", {"stars.density": 0.0}),
     knob_picture("stars_dense", "earth", "night", {"stars.density": 10.0}),
     knob_picture("sun_disc_large", "earth", "limb", {"sun.angular_radius_rad": 0.03, "composite.bloom": 0.0}),
-    knob_picture("layers_4", "earth", "terminator", {"terrain.layers": 4}),
+    knob_picture("layers_4", "earth", "terminator", {**FEW_CELLS, "terrain.layers": 4}),
+    knob_picture("rivers_off", "earth", "river", {"terrain.rivers": 0.0}),
+    knob_picture("erosion_off", "earth", "ranges", {"terrain.erosion": 0.0}),
     knob_picture("paper_near", "earth", "near", {"terrain.method": "paper"}),
     knob_picture("paper_orbit", "earth", "orbit", {"terrain.method": "paper"}),
     knob_picture(

@@ -62,7 +62,7 @@ void ground_relief(inout Ground ground, vec3 gradient) {
 
 // The snow line falls towards the poles as the sun's yearly mean does, about with the sine's square. Wet at the equator
 // and in the westerlies, dry under the descending air at 25 degrees (the Hadley cell).
-void ground_climate(inout Ground ground, vec3 zenith) {
+void ground_climate(inout Ground ground, vec3 zenith, vec3 gradient) {
     float sine2 = zenith.z * zenith.z, sine = sqrt(sine2);
     float rise_m = terrain_material_block.snow_line_rise_m * sine2 * (0.4 + 0.6 * sine);
     float line = terrain_material_block.snow_line_m + rise_m;
@@ -70,6 +70,8 @@ void ground_climate(inout Ground ground, vec3 zenith) {
     ground.mean_warmth = (line - ground.height_m) * terrain_material_block.warmth_per_m;
     ground.warmth = ground.mean_warmth + 0.025 * ground.mixed;
     ground.warmth_per_m = terrain_material_block.warmth_per_m;
+    // Ground that rises towards the nearer pole faces the equator.
+    ground.sunny = clamp(3.0 * zenith.z * (gradient.z - dot(gradient, zenith) * zenith.z), -1.0, 1.0);
     ground.mean_humidity = terrain_material_block.humidity + 0.9 * ground.moisture + 0.30 * bell(sine, 0.0, 3.6)
         - 0.34 * bell(sine, 0.42, 3.2) + 0.16 * bell(sine, 0.85, 2.2);
     ground.humidity = ground.mean_humidity + 0.10 * ground.mixed;
@@ -105,7 +107,7 @@ Ground ground_at(
     ground.footprint_m = footprint;
     ground_chance(ground, noise);
     ground_relief(ground, gradient);
-    ground_climate(ground, zenith);
+    ground_climate(ground, zenith, gradient);
     ground_growth(ground);
     ground_steepness(ground);
     return ground;

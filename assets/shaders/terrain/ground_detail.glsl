@@ -17,9 +17,6 @@ struct GroundDetail {
 };
 
 const int DETAIL_MOST = 28;
-#ifdef TERRAIN_ERODED
-const float DETAIL_WAVE = 0.28 / (0.71 * GULLY_AMPLITUDE);   // makes of a gully's wave what counts as noise of colours
-#endif
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
 // spacing: of the vertices; footprint: of the pixel, metres. falls: slope that the vertices show, which gullies follow.
@@ -70,7 +67,6 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         gullies.d_falls = mat3(0.0);   // how the slope turns within a furrow shows too little
         Gully gully = gully_layer(cell, fraction, wavelength, amplitude_m, mat3(1.0), gullies);
         g = mix(g, (weight * amplitude_m) * gully.d_wave, gully.share);
-        n.w = mix(n.w, gully.wave * DETAIL_WAVE, gully.share);
 #endif
         sum.fine += fine * n.w;
         power += fine * fine;

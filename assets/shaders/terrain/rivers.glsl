@@ -178,7 +178,7 @@ struct TerrainCut {
 TerrainCut terrain_cut(TERRAIN_PLACE D) {
     RiverPlace p = river_place(D);
     TerrainCut cut = TerrainCut(-terrain_table.rivers.base_m, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
-    float total = 0.0, sum = 0.0, first = 0.0;
+    float total = 0.0, sum = 0.0, first = 0.0, steepest = 0.0;
     vec3 d_total = vec3(0.0), d_sum = vec3(0.0);
     int k = p.lines.x, end = p.lines.x + p.lines.y;
     if (k < end) do {
@@ -186,7 +186,9 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
         float half_width = line.section.y, floor_width = line.section.w;
         float near = mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake);
         TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
-        if (opens.value < cut.open) {
+        // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
+        if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {
+            steepest = opens.by_d;
             cut.open = opens.value;
             cut.d_open = opens.by_d * line.away
                 + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;
