@@ -13,12 +13,7 @@ from planetfall.benchmarks.measure.popping import popping
 BACKENDS = ("grid", "quadtree", "icosphere")
 
 
-GULLIES = "gullies are steeper than what tiles of quality low, and the grid of high, follow"
-
-
-@pytest.mark.parametrize(
-    "backend", ["grid", pytest.param("quadtree", marks=pytest.mark.xfail(reason=GULLIES, strict=False)), "icosphere"]
-)
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_no_holes(backend: str) -> None:
     scene = pf.load_scene("earth")
     with pf.Renderer(scene, (96, 54), "low", {"terrain.backend": backend}) as renderer:
@@ -58,9 +53,7 @@ def test_pops_are_seen() -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize(
-    "place", ["near", pytest.param("high", marks=pytest.mark.xfail(reason=GULLIES, strict=False)), "orbit"]
-)
+@pytest.mark.parametrize("place", ["near", "high", "orbit"])
 def test_ground_is_where_it_is(backend: str, place: str) -> None:
     with pf.Renderer(pf.load_scene("earth"), (320, 180), "high", {"terrain.backend": backend}) as renderer:
         renderer.settle(pf.view(place))

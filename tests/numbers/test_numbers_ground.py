@@ -24,11 +24,11 @@ def rng():
     return np.random.default_rng(11)
 
 
-GULLIES = "gullies magnify a slope's rounding (1.1e-6 was measured), and are steeper than the mesh of high follows"
+GULLIES = "gullies are steeper than the mesh of high follows: 1.33 px"
 HIGH = pytest.param("high", marks=pytest.mark.xfail(reason=GULLIES, strict=False))
 
 
-@pytest.mark.parametrize("name", ["ground", "near", "valley", HIGH, "orbit"])
+@pytest.mark.parametrize("name", ["ground", "near", "valley", "high", "orbit"])
 def test_heights(earth, rng, name):
     found = ground.vertex_heights(earth, pf.view(name), rng, most=4000)
     assert found.by_distance <= 1e-6

@@ -66,8 +66,8 @@ def test_heights_are_those_of_the_sampler(renderer, backend, segments):
         heights, steps, facts = make(renderer, shape, keys)
         directions = DIRECTIONS[backend](*shape.points(keys)).reshape(-1, 3)
         truth = field.height(directions).reshape(heights.shape)
-        # The layers of relief are floats: 2^-24 of 9 km is 0.5 mm, and gullies turn with what that does to slopes. Nearer
-        # than that only steps of 2^-17 m count.
+        # The layers of relief are floats: 2^-24 of 9 km is 0.5 mm, and gullies turn with what that does to slopes.
+        # Nearer than that only steps of 2^-17 m count.
         error_m = np.abs(heights / steps - truth)
         assert error_m.max() < 1.5e-3 and np.quantile(error_m, 0.9999) < 1e-3
         assert (facts.low_m <= truth.min(axis=1) + 1e-3).all() and (facts.high_m >= truth.max(axis=1) - 1e-3).all()
