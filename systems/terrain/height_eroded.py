@@ -44,22 +44,24 @@ class _Octaves:
     """(3, FIELDS + layers, N) by metre, where it was asked for, else of the layers that say which way is down"""
 
 
-def eroded_noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+def eroded_noises(
+    points: Floats, model: Model
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Valleys | None]:
     """As height_octaves.noises."""
     octaves = _octaves(points, model, False)
-    cut = None if model.params.rivers is None else valleys(model.params.rivers, points, slopes=True)
+    cut = None if model.params.rivers is None else valleys(model.params.rivers, points, "open")
     v, found = _layers(points, model, octaves, added_heights(points, model), cut, None)
     c, b = _WEIGHTS @ octaves.noise[:FIELDS]
     sums = model.sums @ v
     furrows = model.amplitude_m[_own(found)] @ (found.share * found.wave)
-    return octaves.w[:, 0], c, b, sums[:2], sums[2], furrows
+    return octaves.w[:, 0], c, b, sums[:2], sums[2], furrows, cut
 
 
 def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
     """Heights (N,) and 3D gradients (3, N) at points (3, N), band-limited to the footprint (N,)."""
     octaves = _octaves(points, model, True)
     metres, d_added, rougher, d_rougher = added_gradients(points, model, footprint_m)
-    cut = None if model.params.rivers is None else valleys(model.params.rivers, points, slopes=True)
+    cut = None if model.params.rivers is None else valleys(model.params.rivers, points, "all")
     assert octaves.jacobian is not None
     jacobian = octaves.jacobian * model.unwarped.frequency[:2, None]
     bent_near = jacobian[:, :, 1] * model.warp_m[1]

@@ -25,7 +25,7 @@ from .height_surface import (
     surface_parts,
     surface_slopes,
 )
-from .rivers.valleys import valleys
+from .rivers.valleys import Valleys, valleys
 
 Floats = NDArray[np.float64]
 
@@ -42,10 +42,9 @@ def model_of(params: TerrainParams) -> Model:
 
 
 def heights(points: Floats, model: Model) -> Floats:
-    found, furrows = _uncarved(points, model)
-    if model.params.rivers is None:
+    found, furrows, cut = _uncarved(points, model)
+    if cut is None:
         return found
-    cut = valleys(model.params.rivers, points)
     return carved(found, cut.base_m, cut.open, cut.raised, furrows)
 
 
@@ -55,14 +54,14 @@ def carved(h: Floats, base: Floats, left: Floats, raised: Floats, furrows: Float
     return found + side_rough(h, base, left) * furrows
 
 
-def _uncarved(points: Floats, model: Model) -> tuple[Floats, Floats | float]:
-    w1, c, b, shapes, z, furrows = noises(points, model)
+def _uncarved(points: Floats, model: Model) -> tuple[Floats, Floats | float, Valleys | None]:
+    w1, c, b, shapes, z, furrows, cut = noises(points, model)
     added, rougher = added_heights(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
-        return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)]), furrows
-    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher), furrows
+        return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)]), furrows, cut
+    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher), furrows, cut
 
 
 def anchor_ground(
@@ -89,7 +88,7 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     The bound is three standard deviations of the relief layers times the roughness there, and the largest slopes of
     ranges, continents, craters and map.
     """
-    w1, c, b, shapes, z, furrows = noises(points, model)
+    w1, c, b, shapes, z, furrows, cut = noises(points, model)
     k = model.constants
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     added, rougher = added_heights(points, model)
@@ -101,9 +100,8 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
         slope += slopes_at(model.params.height_map, points, model.params.radius_m)
     height = limit(k, base + rough * z + added)
     table = model.params.rivers
-    if table is None:
+    if table is None or cut is None:
         return height, slope
-    cut = valleys(table, points)
     there = (cut.open < 1.0) | (cut.raised > 0.0)
     if model.gullied:
         slope += model.relief_slope * side_rough(height, cut.base_m, cut.open)
@@ -117,9 +115,15 @@ STEEPEST_BANK = 0.6
 """Slope of river beds and banks that hardly any exceeds: twice the depth by half the width."""
 
 
-def noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats | float]:
-    """w1 (3, N), c and b (N,), both parts of s (2, N), z (N,) at points (3, N), and what of z is gullies (N,)."""
-    return eroded_noises(points, model) if model.gullied else (*_noises(points, model), 0.0)
+def noises(
+    points: Floats, model: Model
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats | float, Valleys | None]:
+    """w1 (3, N), c and b (N,), both parts of s (2, N), z (N,) at points (3, N), what of z is gullies (N,), and valleys
+    of rivers."""
+    if model.gullied:
+        return eroded_noises(points, model)
+    table = model.params.rivers
+    return *_noises(points, model), 0.0, None if table is None else valleys(table, points)
 
 
 def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -225,7 +229,7 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
         total = total + slope * change
     if model.params.rivers is None:
         return heights, total
-    cut = valleys(model.params.rivers, points, slopes=True)
+    cut = valleys(model.params.rivers, points, "all")
     heights, *by = carve_slopes(heights, cut.base_m, cut.open, cut.raised)
     total = by[0] * total
     for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):

@@ -17,7 +17,7 @@ from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
 from .height_octaves import STEEPEST_BANK, carved
 from .height_surface import limit, side_rough
-from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at, valleys_at
+from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at
 
 __all__ = ["raycast"]
 
@@ -164,8 +164,7 @@ class _Search:
         away = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-9)
         found.ray, found.t, found.above = ray, t, away - self.field.radius_m
         found.feet = p * (self.field.radius_m / away)
-        found.base, found.z, found.furrows, found.kind = ground_at(found.feet, detail)
-        found.cut = valleys_at(found.feet, detail)
+        found.base, found.z, found.furrows, found.kind, found.cut = ground_at(found.feet, detail)
         found.craters, found.clearance = np.zeros(len(t)), np.zeros(len(t))
         return found
 

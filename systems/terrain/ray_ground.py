@@ -32,9 +32,8 @@ from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, noises, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
 from .height_surface import hypsometry_slope, surface_parts
-from .rivers.valleys import valleys
 
-__all__ = ["Detail", "Kind", "detail_of", "ground_at", "layers_at", "valleys_at"]
+__all__ = ["Detail", "Kind", "detail_of", "ground_at", "layers_at"]
 
 Floats = NDArray[np.float64]
 
@@ -176,19 +175,20 @@ def detail_of(model: Model, length_m: float) -> Detail:
     return _detail(_Same(model), length_m)
 
 
-def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats]:
+def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """At places (3, N) on the sphere: height (N,) of continents, ranges and map; the detail's layers of relief (N,), by
-    roughness, and the gullies among them (N,); and what the ground is like (4, N), see Kind."""
+    roughness, and the gullies among them (N,); what the ground is like (4, N), see Kind; and what rivers make of it (3,
+    N): their own height, what is left above that, and filled below it."""
     parts = [_ground_at(feet[:, a : a + BLOCK], detail) for a in range(0, feet.shape[1], BLOCK)]
     if len(parts) == 1:
         return parts[0]
-    base, z, furrows, kind = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-    return base, z, furrows, kind
+    base, z, furrows, kind, cut = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+    return base, z, furrows, kind, cut
 
 
-def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats]:
+def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     model, k = detail.model, detail.model.constants
-    w1, c, b, shapes, z, furrows = noises(feet, model)
+    w1, c, b, shapes, z, furrows, valleys = noises(feet, model)
     base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     continents, coasts, hills, ranges = detail.steepness
     kind = np.zeros((len(Kind), len(z)))
@@ -202,17 +202,11 @@ def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Fl
         rough = rough + np.minimum(model.map_roughness * differences, MOST_ROUGH)
         kind[Kind.MAP] = slopes_at(found, feet, model.params.radius_m)
     kind[Kind.ROUGH] = rough
-    return base, z, np.broadcast_to(furrows, z.shape), kind
-
-
-def valleys_at(feet: Floats, detail: Detail) -> Floats:
-    """(3, N): what rivers make of the ground at places (3, N): their own height, what is left above that, and filled
-    below it."""
-    table = detail.model.params.rivers
-    if table is None:
-        return np.repeat([[0.0], [1.0], [0.0]], feet.shape[1], axis=1)
-    parts = [valleys(table, feet[:, a : a + BLOCK]) for a in range(0, feet.shape[1], BLOCK)]
-    return np.stack([np.concatenate([getattr(p, name) for p in parts]) for name in ("base_m", "open", "raised")])
+    cut = np.zeros((3, len(z)))
+    cut[1] = 1.0
+    if valleys is not None:
+        cut[:] = valleys.base_m, valleys.open, valleys.raised
+    return base, z, np.broadcast_to(furrows, z.shape), kind, cut
 
 
 def layers_at(feet: Floats, before: Detail, now: Detail) -> Floats:

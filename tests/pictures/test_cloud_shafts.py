@@ -272,7 +272,7 @@ def test_after_sunset_clouds_are_red_from_below() -> None:
     dusk = pf.Sun(elevation_deg=-0.7, azimuth_deg=120.0, latitude_deg=5.0, longitude_deg=30.0)
     high = pf.Sun(elevation_deg=40.0, azimuth_deg=120.0, latitude_deg=5.0, longitude_deg=30.0)
     camera = pf.Camera.at(5.0, 30.0, 100.0, heading_deg=120.0, pitch_deg=20.0)
-    with renderer_of(cloudy(coverage=0.7), (48, 27)) as renderer:
+    with renderer_of(cloudy(coverage=0.7), (64, 36)) as renderer:
 
         def colour(sun: pf.Sun, share: float) -> np.ndarray:
             renderer.render(camera, sun=sun)

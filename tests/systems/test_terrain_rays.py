@@ -13,7 +13,7 @@ from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.crater_paths import found_along, rest_m
 from planetfall.systems.terrain.height_octaves import carved
 from planetfall.systems.terrain.height_surface import limit
-from planetfall.systems.terrain.ray_ground import Kind, detail_of, ground_at, layers_at, valleys_at
+from planetfall.systems.terrain.ray_ground import Kind, detail_of, ground_at, layers_at
 
 
 @pytest.fixture(scope="module", params=["earth", "moon", "mars", "asteroid"])
@@ -171,7 +171,7 @@ def test_ground_stays_within_its_bound(scene, ground):
         detail = detail_of(field.model, length)
         places = stretches(ground.radius_m, length, 300, 41, rng)
         ends = [np.ascontiguousarray(places[..., at]) for at in (0, -1)]
-        (base, z, _, kind), (last, last_z, _, last_kind) = (ground_at(end, detail) for end in ends)
+        (base, z, _, kind, _), (last, last_z, _, last_kind, _) = (ground_at(end, detail) for end in ends)
         known = [base + kind[Kind.ROUGH] * (z + detail.mean_m), last + last_kind[Kind.ROUGH] * (last_z + detail.mean_m)]
         bound = detail.rise(np.full(300, length), np.maximum(kind, last_kind))
         if craters is not None:
@@ -192,7 +192,7 @@ def test_layers_come_in_one_by_one(scene, ground):
     places = stretches(ground.radius_m, 1e-3 * ground.radius_m, 30, 3, np.random.default_rng(5)).reshape(3, -1)
     finest = float(field.model.wavelength_m[-1])
     before = detail_of(field.model, 2.0 ** np.ceil(np.log2(1e3 * finest)))
-    base, z, furrows, kind = ground_at(places, before)
+    base, z, furrows, kind, cut = ground_at(places, before)
     for _ in range(12):
         now = detail_of(field.model, before.length_m / 2.0)
         if now.layers > before.layers:
@@ -201,7 +201,7 @@ def test_layers_come_in_one_by_one(scene, ground):
     assert before.layers == field.model.layers and before.rest_m == 0.0 and before.mean_m == 0.0
     added = field.model.craters.heights(places) if field.model.craters else 0.0
     whole = limit(field.model.constants, base + kind[Kind.ROUGH] * z + added)
-    whole = carved(whole, *valleys_at(places, before), furrows)
+    whole = carved(whole, *cut, furrows)
     np.testing.assert_allclose(whole, ground.height(places.T), atol=1e-13 * ground.radius_m)
 
 

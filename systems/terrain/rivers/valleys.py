@@ -7,6 +7,7 @@ the ground: what points up or down is taken away.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from .table import CELL_STEPS, RiverTable, cell_keys
 __all__ = ["Valleys", "Waters", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
+Slopes = Literal["none", "open", "all"]
 
 
 @dataclass(frozen=True)
@@ -83,12 +85,13 @@ class _Pairs:
     """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
 
 
-def valleys(table: RiverTable, points: Floats, slopes: bool = False) -> Valleys:
-    """At points (3, N), planet-centred metres on the reference sphere."""
+def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valleys:
+    """At points (3, N), planet-centred metres on the reference sphere. slopes: the gradients that are asked for."""
     count = points.shape[1]
     base, left, raised = np.zeros(count), np.ones(count), np.zeros(count)
-    gradients = [np.zeros((3, count)) for _ in range(3)] if slopes else [None] * 3
-    found = Valleys(base, left, raised, *gradients)
+    d_open = None if slopes == "none" else np.zeros((3, count))
+    d_base, d_raised = (np.zeros((3, count)) if slopes == "all" else None for _ in range(2))
+    found = Valleys(base, left, raised, d_base, d_open, d_raised)
     pairs = _pairs(table, points)
     if pairs is None:
         return found
@@ -105,36 +108,45 @@ def valleys(table: RiverTable, points: Floats, slopes: bool = False) -> Valleys:
     off = np.divide(np.add.reduceat(share * own, first), total, out=np.zeros(len(at)), where=heard)
     base[at] = np.where(heard, mean + off, 0.0)
     left[at], raised[at] = np.minimum.reduceat(opens, first), np.maximum.reduceat(raises, first)
-    if slopes:
+    if d_open is None:
+        return found
+    turned = _turned(table, points, at)
+    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, _chosen(opens, left[at], pairs)))
+    if d_base is not None and d_raised is not None:
         apart = own - np.repeat(off, _counts(pairs))
-        chosen = _chosen(opens, left[at], pairs), _chosen(raises, raised[at], pairs)
-        turned = _turned(table, points, at)
-        parts = _gradients(pairs, share, apart, total, chosen)
-        for gradient, part in zip(gradients, parts, strict=True):
-            assert gradient is not None
-            gradient[:, at] = np.einsum("abn,an->bn", turned, part)
+        d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, share, apart, total))
+        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, _chosen(raises, raised[at], pairs)))
     return found
 
 
-def _gradients(
-    pairs: _Pairs, share: Floats, apart: Floats, total: Floats, chosen: tuple[NDArray[np.int64], NDArray[np.int64]]
-) -> tuple[Floats, Floats, Floats]:
-    """Of base, open and raised (3, K) by the bent place. apart: of what each line says from the mean."""
-    _, half, depth, floor, reach, lake = pairs.value[:6]
-    s_level, s_half, s_depth, s_floor, s_reach = pairs.steps[:5]
+def _d_base(pairs: _Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
+    """(3, K) by the bent place. apart: of what each line says from the mean."""
+    _, half, depth, _, reach, lake = pairs.value[:6]
+    s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
     d, away, along = pairs.d, pairs.away, pairs.along
     near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
     sections, shares = section_slopes(d, half, depth), share_slopes(d, half, reach, near)
     d_own = sections[1] * away + (s_level + sections[2] * s_half + sections[3] * s_depth) * along
     d_share = shares[1] * away + (shares[2] * s_half + shares[3] * s_reach) * along
     d_base = np.add.reduceat(share * d_own + apart * d_share, pairs.first, axis=1)
-    d_base = np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
-    k, m = chosen
-    opens = open_slopes(d[k], floor[k], reach[k])
-    d_open = opens[1] * away[:, k] + (opens[2] * s_floor[k] + opens[3] * s_reach[k]) * along[:, k]
-    raises = raise_slopes(d[m], half[m], floor[m], reach[m], lake[m])
-    by_line = raises[2] * s_half[m] + raises[3] * s_floor[m] + raises[4] * s_reach[m]
-    return d_base, d_open, raises[1] * away[:, m] + by_line * along[:, m]
+    return np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
+
+
+def _d_open(pairs: _Pairs, k: NDArray[np.int64]) -> Floats:
+    """(3, K) by the bent place, of the pairs that say it."""
+    floor, reach = pairs.value[3:5, k]
+    s_floor, s_reach = pairs.steps[3:5, k]
+    opens = open_slopes(pairs.d[k], floor, reach)
+    return opens[1] * pairs.away[:, k] + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along[:, k]
+
+
+def _d_raised(pairs: _Pairs, m: NDArray[np.int64]) -> Floats:
+    """(3, K) by the bent place, of the pairs that say it."""
+    _, half, _, floor, reach, lake = pairs.value[:6, m]
+    _, s_half, _, s_floor, s_reach = pairs.steps[:5, m]
+    raises = raise_slopes(pairs.d[m], half, floor, reach, lake)
+    by_line = raises[2] * s_half + raises[3] * s_floor + raises[4] * s_reach
+    return raises[1] * pairs.away[:, m] + by_line * pairs.along[:, m]
 
 
 def waters(table: RiverTable, points: Floats) -> Waters:
