@@ -118,8 +118,9 @@ def test_free_ways_are_left_as_they_are() -> None:
         Ground(0.0)
 
 
-def test_a_frame_costs_less_than_a_millisecond_of_processor_time() -> None:
-    """On Earth, as players fly: half as many looks would do twice as long frames, so 60 a second is the yardstick."""
+def test_a_frame_costs_less_than_two_milliseconds_of_processor_time() -> None:
+    """On Earth, as players fly: half as many looks would do twice as long frames, so 60 a second is the yardstick.
+    Half of it are gullies and rivers."""
     with pf.load_scene("earth") as scene:
         up = pf.direction(49.9, 112.3)
         start = up * (scene.planet.radius_m + 3000.0)
@@ -130,4 +131,4 @@ def test_a_frame_costs_less_than_a_millisecond_of_processor_time() -> None:
             for _ in range(60):
                 ship.update(FlightInput(forward=1.0, up=-0.2, look_yaw_rad=0.01), 1.0 / 60.0)
             best = min(best, (time.process_time() - before) / 60.0)
-    assert best < 1e-3
+    assert best < 2e-3
