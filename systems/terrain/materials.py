@@ -128,10 +128,10 @@ MATERIALS: tuple[Material, ...] = (
     Material("scree", "slopes too steep for soil, unless roots hold it", "bare",
         "(0.55 - 0.4 * rooted) * ramp(-1.7, -0.4, steep)", color="0.75 * rock_color + 0.25 * dry_albedo"),
     Material("rock", "steeper ones", "bare", "smoothstep(-1.0, 1.0, steep)",
-        color="albedo * (1.0 + 0.2 * grain - 0.25 * tufts)", roughness=1.8, plants=0.0),
+        color="albedo * (1.0 + 0.14 * grain - 0.2 * tufts + 0.35 * layered)", roughness=1.8, plants=0.0),
     Material("bedrock", "rock between the strata", "rock", albedo="rock_albedo"),
     Material("strata", "layers of another colour", "rock",
-        "clamp(0.35 + layered + 0.3 * patches, 0.0, 1.0)", "strata_albedo"),
+        "clamp(0.4 + 1.6 * layered + 0.15 * patches, 0.0, 1.0)", "strata_albedo"),
     # As a share of the pixel where it is narrower than that.
     Material("beach", "sand along the sea", "bare", """
         float beach_m = beach_height_m * (1.0 + 0.4 * clamp(mixed, -2.0, 2.0));

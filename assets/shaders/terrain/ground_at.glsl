@@ -31,7 +31,7 @@ float hidden_slope_variance(float roughness, float footprint) {
 // Layers of rock: four widths of strata that wave with the noise, each gone where the pixel spans one. Metres; -1..1.
 float strata(float height, float wave, float rise_of_pixel) {
     vec4 frequency = terrain_material_block.strata_per_m * vec4(1.0, 6.0, 38.0, 230.0);
-    vec4 s = abs(2.0 * fract(height * frequency + wave * vec4(0.15, 0.3, 0.5, 0.7)) - 1.0);
+    vec4 s = abs(2.0 * fract(height * frequency + wave * vec4(0.05, 0.08, 0.12, 0.16)) - 1.0);
     s = s * s * (3.0 - 2.0 * s) - 0.5;
     vec4 seen = clamp(1.5 - 3.0 * rise_of_pixel * frequency, 0.0, 1.0);
     return dot(s * seen, vec4(0.6, 0.4, 0.35, 0.3));
