@@ -12,6 +12,7 @@ from ..session import Bench
 SUITES: Mapping[str, str] = {
     "graph": "The frame graph, the state guard and the Python around a frame, in ms",
     "terrain": "Accuracy of the ground: positions, heights, normals, coverage, jitter, triangles, error on screen",
+    "land": "Rivers and gullies: the network's shape, where drops end that run down the ground, what both cost",
     "ocean": "The sea: waves against float64, seams, time by number of waves, flicker; OceanSampler's time and error",
     "atmosphere": "Air: errors against the float64 reference, run time, what is skipped",
     "clouds": "Clouds: errors of the march against float64 references; pictures by quality: error against time",
@@ -27,6 +28,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "jitter", "proxy", "height sources", "queries", "grid_methods", "grid_snaps", "grid_descent", "backends",
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
+    "land": ("network", "descent"),
     "papers": ("ground", "air", "clouds", "pictures"),
     "frame": ("skipping", "knobs", "budget", "antialiasing"),
     "whole": ("asteroid", "earth", "hazy", "mars", "small", "passes"),

@@ -8,13 +8,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import fields
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.benchmarks.measure.land import network_shape
 from planetfall.engine.table_cache import TableCache
 from planetfall.systems.terrain.drainage import stored
 from planetfall.systems.terrain.drainage.cells import cell_grid
@@ -208,62 +208,13 @@ def test_ground_lies_above_the_rivers(shipped: RiverNodes, preset: TerrainParams
 def test_rivers_are_as_rivers_are(large: Solution, record_property: Callable[[str, object], None]) -> None:
     """Numbers of real ones: concavity 0.4 to 0.6 (Tucker and Whipple 2002), Hack's exponent 0.5 to 0.6, streams of one
     order 3 to 5 times those of the next (Horton, Strahler). Few cells scatter, so bounds are wider by 0.15."""
-    network, streams = large.network, large.streams
-    index = network.index[streams.cells]
-    nodes = nodes_of(network.grid, streams, EARTH)
-    to = network.receiver[index]
-    level = np.zeros(len(network.cells))
-    level[index] = nodes.level_m[: len(index)]
-    apart = np.linalg.norm(network.places[index] - network.places[to], axis=1) * EARTH.radius_m
-    spring = np.ones(len(level), dtype=bool)  # where the ground is not cut
-    spring[to] = False
-    slope, area = (level[index] - level[to]) / apart, network.catchment_m2[index]
-    slope, area = slope[~spring[index]], area[~spring[index]]
-    edges = np.quantile(area, np.linspace(0.0, 1.0, 9))
-    bins = [(area >= a) & (area <= b) for a, b in pairwise(edges)]
-    mean = np.array([(np.log(area[b].mean()), np.log(slope[b].mean())) for b in bins])
-    concavity = -np.polyfit(mean[:, 0], mean[:, 1], 1)[0]
-    longest = np.zeros(len(network.cells))
-    step = np.zeros(len(network.cells))
-    land = np.flatnonzero(~network.sea)
-    down = network.receiver[land]
-    step[land] = np.linalg.norm(network.places[land] - network.places[down], axis=1) * EARTH.radius_m
-    for cell in network.flow.order[::-1]:
-        to_cell = network.receiver[cell]
-        if to_cell != cell:
-            longest[to_cell] = max(longest[to_cell], longest[cell] + step[cell])
-    large = land[(longest[land] > 0.0) & (network.catchment_m2[land] > 1e11)]
-    hack = np.polyfit(np.log(network.catchment_m2[large]), np.log(longest[large] + step[large]), 1)[0]
-    ratios = bifurcation(network.receiver, index)
-    for name, value in (("concavity", float(concavity)), ("Hack", float(hack)), ("bifurcation", str(ratios))):
+    shape = network_shape(large, EARTH)
+    for name, value in (("concavity", shape.concavity), ("Hack", shape.hack), ("bifurcation", str(shape.ratios))):
         record_property(name, value)
-    assert 0.25 < concavity < 0.75
-    assert 0.45 < hack < 0.7
-    assert all(2.5 < ratio < 6.5 for ratio in ratios[:2]), ratios
-
-
-def bifurcation(receiver: np.ndarray, streams: np.ndarray) -> list[float]:
-    """Streams of each order by those of the next (Strahler)."""
-    order = dict.fromkeys(streams.tolist(), 1)
-    above: dict[int, list[int]] = {cell: [] for cell in order}
-    for cell in order:
-        if int(receiver[cell]) in above:
-            above[int(receiver[cell])].append(cell)
-    waiting = {cell: len(found) for cell, found in above.items()}
-    ready = [cell for cell, many in waiting.items() if many == 0]
-    while ready:
-        cell = ready.pop()
-        orders = sorted((order[up] for up in above[cell]), reverse=True)
-        if orders:
-            order[cell] = orders[0] + (len(orders) > 1 and orders[0] == orders[1])
-        to = int(receiver[cell])
-        if to in waiting:
-            waiting[to] -= 1
-            if waiting[to] == 0:
-                ready.append(to)
-    ends = [order[c] for c in order if order.get(int(receiver[c])) != order[c]]
-    many = np.bincount(ends)[1:]
-    return [round(float(a / b), 2) for a, b in pairwise(many)]
+    assert shape.undrained == 0 and shape.climbing == 0
+    assert 0.25 < shape.concavity < 0.75
+    assert 0.45 < shape.hack < 0.7
+    assert all(2.5 < ratio < 6.5 for ratio in shape.ratios[:2]), shape.ratios
 
 
 # -- what is kept -----------------------------------------------------------------------------------------------------
