@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,8 @@ Ints = NDArray[np.int64]
 
 _LARGE_M2 = 1e11
 """Catchments whose longest stream says how long streams get."""
-_WAYS, _RINGS = 16, 4
-"""Directions that a drop looks at, and steps ahead, where it finds no way down."""
+_POND = 20
+"""Steps to either side that a pond may reach."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Descent:
     floor: float
     """on the floor of a mapped stream that is dry or too narrow to count"""
     pit: float
-    """in a pit that is deeper or wider than what may be crossed"""
+    """in a pit that is deeper or wider than what may be filled"""
     lost: float
     """still on the way"""
     median_way_m: float
@@ -150,8 +151,8 @@ def descend(
     field: TerrainField, directions: Floats, step_m: float = 25.0, pit_m: float = 3.0, steps: int = 4000
 ) -> Descent:
     """Drops from unit directions (N, 3), each to the lowest of eight places a step away, until it comes to the sea, to
-    water, or to the floor of a mapped stream. Out of a pit it goes to the nearest lower place within four steps, if
-    nothing on the straight way there is more than pit_m above it."""
+    water, or to the floor of a mapped stream. Out of a pit it goes where water spills over that fills it by pit_m at
+    most, within 20 steps."""
     rivers = field.params.rivers
     end = np.full(len(directions), "lost", dtype="<U5")
     way_m = np.zeros(len(directions))
@@ -204,18 +205,34 @@ def _around(here: Floats, angle: float, ways: int) -> Floats:
 def _out_of_pit(
     field: TerrainField, here: Floats, height: Floats, step_m: float, pit_m: float
 ) -> tuple[Floats, Floats, Ints]:
-    """The place (K, 3) outside, its height (K,), and how many steps away it is (K,), 0: there is none."""
-    rings = np.stack([_around(here, k * step_m / field.radius_m, _WAYS) for k in range(1, _RINGS + 1)], axis=2)
-    heights = field.height(rings.reshape(-1, 3)).reshape(len(here), _WAYS, _RINGS)
-    passed = np.maximum.accumulate(heights, axis=2) - height[:, None, None]
-    lower = (heights < height[:, None, None]) & (passed <= pit_m)
-    far = np.where(lower, np.arange(1, _RINGS + 1), _RINGS + 1)
-    rank = (far + 1e-9 * np.where(lower, heights, 0.0) / max(field.radius_m, 1.0)).reshape(len(here), -1)
-    best = rank.argmin(axis=1)
-    rows = np.arange(len(here))
-    away = far.reshape(len(here), -1)[rows, best]
-    return (
-        rings.reshape(len(here), -1, 3)[rows, best],
-        heights.reshape(len(here), -1)[rows, best],
-        np.where(away <= _RINGS, away, 0),
-    )
+    """Where water leaves that fills the pit up to pit_m: the place (K, 3), its height (K,), and how many steps away it
+    is (K,), 0: it stays."""
+    place, level, far = here.copy(), height.copy(), np.zeros(len(here), dtype=np.int64)
+    reach = np.arange(-_POND, _POND + 1) * (step_m / field.radius_m)
+    for k in range(len(here)):
+        side = _around(here[k : k + 1], 0.5 * np.pi, 4)[0]
+        window = here[k] + reach[:, None, None] * side[0] + reach[None, :, None] * side[1]
+        window /= np.linalg.norm(window, axis=2)[..., None]
+        found = _spill(field.height(window.reshape(-1, 3)).reshape(window.shape[:2]), float(height[k]), pit_m)
+        if found is not None:
+            place[k], level[k], far[k] = window[found[:2]], found[2], found[3]
+    return place, level, far
+
+
+def _spill(heights: Floats, level: float, pit_m: float) -> tuple[int, int, float, int] | None:
+    """The first place below `level` that a flood from the middle comes to, lowest ways first, no higher than pit_m
+    above it: row, column, height, steps from the middle; None where there is none in the window."""
+    middle, last = heights.shape[0] // 2, heights.shape[0] - 1
+    waiting, known = [(level, middle, middle)], {(middle, middle)}
+    while waiting:
+        water, row, column = heapq.heappop(waiting)
+        there = float(heights[row, column])
+        if there < level - 1e-3:
+            return row, column, there, max(abs(row - middle), abs(column - middle))
+        if water > level + pit_m:
+            return None
+        for at in product((row - 1, row, row + 1), (column - 1, column, column + 1)):
+            if at not in known and min(at) >= 0 and max(at) <= last:
+                known.add(at)
+                heapq.heappush(waiting, (max(water, float(heights[at])), *at))
+    return None

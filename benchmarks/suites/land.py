@@ -46,8 +46,8 @@ def land_network(session: Session) -> None:
 
 
 def land_descent(session: Session) -> None:
-    """Drops on random land, down the final ground in steps of 25 m, over pits of 3 m."""
-    count = session.runs(10_000, 500)
+    """Drops on random land, down the final ground in steps of 25 m, filling pits of up to 3 m."""
+    count = session.runs(3000, 300)
     for name, (erosion, rivers) in GROUNDS.items():
         scene = _scene(erosion, rivers)
         sampler, field = TerrainSampler(scene), scene.planet.height_field()
