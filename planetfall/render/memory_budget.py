@@ -34,7 +34,7 @@ _CELL_STEP = 512
 _SHADOW_LAYERS, _SHADOW_TEXEL, _SHADOW_SCRATCH = 16, 45, 16
 _RIVER_COLUMN, _RIVER_REST, _RIVER_CELL = 64.0, 1.2e6, 9.7
 """Bytes of a planet's table of rivers: for (radius / width of the lattice's cells)^2; and, measured on the preset earth
-with 0.2 and 3.5 million cells of drainage, for any and for each of those cells. Twice the land adds 2 %: it is drier."""
+with 0.2 and 3.5 million cells of drainage, for any and for each of those cells. More land adds little: it is drier."""
 _CLOUD_MAPS, _CLOUD_SLICES = 6, 9
 _GALAXY_BYTES = 8 * MIB
 _REST_BYTES = MIB // 2
@@ -90,8 +90,9 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
         texels, side = int(settings["clouds.shadow_texels"]), int(settings["clouds.map_texels"]) + 32
         total += texels**2 * (_CLOUD_MAPS + 1) * (8 + 4 * _CLOUD_SLICES)  # one is being made
         total += side**2 * 4 * 3 * 4 / 3  # three maps with their levels
-        for name in ("shape", "rim"):
-            total += int(settings[f"clouds.{name}_texels"]) ** 3 * 2 * 8 / 7
+        # Volumes in r16f, as GPUs have them: shape, cells of half its side, rims.
+        sides = int(settings["clouds.shape_texels"]), int(settings["clouds.rim_texels"])
+        total += sum(side**3 for side in (sides[0], sides[0] // 2, sides[1])) * 2 * 8 / 7
         if has_cirrus(layers_of(clouds)):
             total += int(settings["clouds.fibre_texels"]) ** 2 * 4 * 4 / 3
     if planet.has(Atmosphere):
@@ -216,7 +217,8 @@ def plan_memory(settings: dict[str, Any], scene: Scene, size: tuple[int, int]) -
         rivers = ", give its Terrain no rivers" if _has_rivers(scene) else ""
         raise SettingError(
             f"{KEY}: expected at least {-(-found // MIB)} MiB for {size[0]} x {size[1]} pixels of this scene with every"
-            f" knob as low as it may be, found {budget}. Lower the size, take off components (Clouds){rivers}, or raise it"
+            f" knob as low as it may be, found {budget}. Lower the size, take off components (Clouds){rivers}, or raise"
+            " it"
         )
     lowered = {key: (chosen[key], value) for key, value in settings.items() if chosen[key] != value}
     log.info("%d MiB of GPU memory: %s", budget, ", ".join(f"{key} {a} to {b}" for key, (a, b) in lowered.items()))
