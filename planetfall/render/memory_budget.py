@@ -6,11 +6,12 @@ The sizes come from the knobs, before anything is made; tests hold them against 
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..components import Atmosphere, Clouds, Composite, Ocean, Stars, Terrain
+from ..components import Atmosphere, Clouds, Composite, Ocean, Planet, Stars, Terrain
 from ..engine.settings import with_overrides
 from ..errors import SettingError
 
@@ -31,6 +32,9 @@ edge_px)^2. Measured from 90 to 720 rows."""
 _CELL_STEP = 512
 """Buffers of cells grow by so many."""
 _SHADOW_LAYERS, _SHADOW_TEXEL, _SHADOW_SCRATCH = 16, 45, 16
+_RIVER_COLUMN, _RIVER_REST, _RIVER_CELL = 64.0, 1.2e6, 9.7
+"""Bytes of a planet's table of rivers: for (radius / width of the lattice's cells)^2; and, measured on the preset earth
+with 0.2 and 3.5 million cells of drainage, for any and for each of those cells. More land adds little: it is drier."""
 _CLOUD_MAPS, _CLOUD_SLICES = 6, 9
 _GALAXY_BYTES = 8 * MIB
 _REST_BYTES = MIB // 2
@@ -86,8 +90,9 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
         texels, side = int(settings["clouds.shadow_texels"]), int(settings["clouds.map_texels"]) + 32
         total += texels**2 * (_CLOUD_MAPS + 1) * (8 + 4 * _CLOUD_SLICES)  # one is being made
         total += side**2 * 4 * 3 * 4 / 3  # three maps with their levels
-        for name in ("shape", "rim"):
-            total += int(settings[f"clouds.{name}_texels"]) ** 3 * 2 * 8 / 7
+        # Volumes in r16f, as GPUs have them: shape, cells of half its side, rims.
+        sides = int(settings["clouds.shape_texels"]), int(settings["clouds.rim_texels"])
+        total += sum(side**3 for side in (sides[0], sides[0] // 2, sides[1])) * 2 * 8 / 7
         if has_cirrus(layers_of(clouds)):
             total += int(settings["clouds.fibre_texels"]) ** 2 * 4 * 4 / 3
     if planet.has(Atmosphere):
@@ -97,11 +102,25 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
     if terrain is not None:
         chosen = with_overrides(terrain, "terrain", settings)
         total += _ground_bytes(settings, chosen.backend, height, sea=planet.has(Ocean))
+        if _has_rivers(scene):
+            total += _river_bytes(planet[Planet].radius_m, chosen.drainage_cells)
         if chosen.shadows or chosen.occlusion:
             wide = max(min(round(0.71 * height), int(settings["shadows.size"])), 64)
             side = 1 << (wide - 1).bit_length()
             total += side**2 * _SHADOW_LAYERS * _SHADOW_TEXEL + wide**2 * _SHADOW_SCRATCH
     return round(total)
+
+
+def _has_rivers(scene: Scene) -> bool:
+    """Without a sea nothing rains."""
+    terrain = scene.planet.get(Terrain)
+    return terrain is not None and terrain.rivers > 0.0 and scene.planet.has(Ocean)
+
+
+def _river_bytes(radius_m: float, cells: int) -> float:
+    """The texture that holds all rivers and lakes of a planet."""
+    across = 256.0 * radius_m / 2.0 ** math.floor(math.log2(radius_m))
+    return _RIVER_COLUMN * across**2 + _RIVER_REST + _RIVER_CELL * cells
 
 
 def _bytes_per_pixel(settings: Mapping[str, Any], scene: Scene) -> float:
@@ -113,6 +132,8 @@ def _bytes_per_pixel(settings: Mapping[str, Any], scene: Scene) -> float:
     each += {"temporal": 32.0, "edge": 16.0}.get(smoothing, 0.0)
     if planet.has(Ocean):
         each += 15.0 + (12.0 if planet.has(Terrain) else 0.0)  # waves; coasts
+    if _has_rivers(scene):
+        each += 16.0 + 2.1  # what water a pixel shows; 31 lines for each tile
     if planet.has(Clouds):
         each += 40.0 + (36.0 if int(settings["clouds.march_every"]) > 1 else 20.0) / int(settings["clouds.stride"]) ** 2
     return each
@@ -193,9 +214,11 @@ def plan_memory(settings: dict[str, Any], scene: Scene, size: tuple[int, int]) -
             if found <= budget * MIB:
                 break
     if found > budget * MIB:
+        rivers = ", give its Terrain no rivers" if _has_rivers(scene) else ""
         raise SettingError(
             f"{KEY}: expected at least {-(-found // MIB)} MiB for {size[0]} x {size[1]} pixels of this scene with every"
-            f" knob as low as it may be, found {budget}. Lower the size, take off components (Clouds), or raise it"
+            f" knob as low as it may be, found {budget}. Lower the size, take off components (Clouds){rivers}, or raise"
+            " it"
         )
     lowered = {key: (chosen[key], value) for key, value in settings.items() if chosen[key] != value}
     log.info("%d MiB of GPU memory: %s", budget, ", ".join(f"{key} {a} to {b}" for key, (a, b) in lowered.items()))

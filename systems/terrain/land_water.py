@@ -56,7 +56,7 @@ class LandWater:
         whether any ground is."""
         across, down = tiles_of(info.size)
         builder.add_pass(
-            LAND_WATER,
+            "terrain.land_water",
             kind="compute",
             system="terrain",
             bind=lambda io: self._bind_find(io, (across, down), bind_heights, far),

@@ -47,6 +47,7 @@ from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
 from .rivers.source import source
+from .rivers.table import RiverTable
 from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
@@ -117,7 +118,11 @@ class TerrainSystem(System):
         self._watered = False  # whether the graph was declared with rivers
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
         self._changes: _Components | None = None
+        # What the ground was last asked for, and what may have brought it other rivers.
+        self._field_asked: tuple[GroundRevision, tuple[bool, int] | None] | None = None
         self._field_revision: GroundRevision | None = None
+        self._rivers: RiverTable | None = None
+        self._rivers_taken = 0  # how many tables the ground has had
         self._colour_revision = -1
         self._refresh_field(setup.world, setup.planet, setup.settings)  # with the backend's contracts
 
@@ -136,7 +141,7 @@ class TerrainSystem(System):
         """The backend of that name and method, in place of another; nothing else changes."""
         if use_backend(self._methods, backend_of(name, method), self._settings, self._views):
             self.backend.bind_octaves = self._bind_octaves
-            self._field_revision = None  # it may draw a ground of its own
+            self._field_asked = self._field_revision = None  # it may draw a ground of its own
             self.structure += 1
 
     def _bind_heights(self, view: View) -> None:
@@ -164,17 +169,25 @@ class TerrainSystem(System):
         rained = self._component.rivers > 0.0
         shape = (*_SHAPE, *_CLIMATE) if rained else _SHAPE
         solved = (sea, source.finished) if rained else None
-        stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"), solved)
-        if stamp == self._field_revision:
+        stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"))
+        asked = stamp, solved
+        if asked == self._field_asked:
             return
-        before = self._ground.params if self._field_revision is not None else None
-        self._field_revision = stamp
+        before = self._ground.params if self._field_asked is not None else None
+        self._field_asked = asked
         try:
             params = ground_params(self._component, body.radius_m, sea, before)
             color = color_cube(self._component.color_map, self._nm) if self._component.color_map else None
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
+        if params.rivers is not self._rivers:
+            self._rivers, self._rivers_taken = params.rivers, self._rivers_taken + 1
+        # Rivers that were solved for another ground change nothing here.
+        stamp = stamp._replace(rivers=self._rivers_taken if rained else None)
+        if stamp == self._field_revision:
+            return
+        self._field_revision = stamp
         self._provide_sources(params)
         self._maps.show(params.height_map, color, params.rivers)
         self.structure += self._watered != (params.rivers is not None)
@@ -401,11 +414,13 @@ class TerrainSystem(System):
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
         sorts = lists == _WET_LISTS
+        # Without a sea all ground is shaded as dry ground beside one: no further programs for it.
+        no_water = backend.shades_all and not self._world.query(Ocean)
         rivers = io.texture(LAND_WATER) if self.shows_rivers() else None
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
-            dry = ("GROUND_DRY",) if sorts and not name.endswith("wet") else ()
+            dry = ("GROUND_DRY",) if no_water or (sorts and not name.endswith("wet")) else ()
             flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
             plain = self._shader(backend.shade_file, *flags)

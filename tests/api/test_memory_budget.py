@@ -104,10 +104,11 @@ def test_estimates_are_what_is_then_there(scene: pf.Scene, quality: str, size: t
 
 @pytest.mark.gpu
 def test_a_renderer_keeps_to_its_budget(scene: pf.Scene) -> None:
-    with pf.Renderer(scene, SIZE, "medium", {"memory.budget_mib": 50}) as renderer:
+    budget_mib = 93  # of which the table of rivers, which no knob makes smaller, takes 43
+    with pf.Renderer(scene, SIZE, "medium", {"memory.budget_mib": budget_mib}) as renderer:
         assert renderer.memory.lowered and renderer.settings["clouds.map_texels"] < 1024
         target = renderer.ctx.simple_framebuffer(SIZE)
         renderer.render_to(target, pf.view("near"))
-        assert used(renderer) <= 50.0
+        assert used(renderer) <= budget_mib
         renderer.gpu.leave(target)
         target.release()

@@ -26,9 +26,11 @@ def test_ground_that_no_water_reaches_is_shaded_without_it(name: str, monkeypatc
     """Sorted into dry and wet tiles, the picture is the same: no wet pixel lies in a dry tile."""
     sorted_, passes = picture("earth", name)
     assert "terrain.wet" in passes
+    assert "terrain.land_water" in passes
     monkeypatch.setattr(TerrainSystem, "sorts_wet", lambda self: False)
+    monkeypatch.setattr(TerrainSystem, "shows_rivers", lambda self: True)  # else this picture would have none
     whole, passes = picture("earth", name)
-    assert "terrain.wet" not in passes
+    assert "terrain.wet" not in passes and "terrain.land_water" in passes
     # Two shaders: compilers round the same statements in other orders.
     np.testing.assert_allclose(sorted_, whole, rtol=1e-5, atol=1e-6 * whole.max())  # of red grass throws back little
 

@@ -29,12 +29,12 @@ _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the cur
 
 class GroundRevision(NamedTuple):
     """Differs whenever any height may differ. terrain: the component's id; shape: revision of what heights follow
-    from; radius: revision of the planet's; rivers: what tells that others have been solved."""
+    from; radius: revision of the planet's; rivers: how many tables of them this ground has had."""
 
     terrain: int
     shape: int
     radius: int
-    rivers: tuple[bool, int] | None = None
+    rivers: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
