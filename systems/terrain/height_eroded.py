@@ -15,7 +15,7 @@ from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
 from .height_steps import layer_weight, ridge, ridge_slope
 from .height_surface import carve_slopes, side_rough, side_rough_slopes, surface_slopes
-from .rivers.valleys import Valleys, valleys
+from .rivers.valleys import Valleys, shown_slopes, valleys
 
 __all__ = ["eroded_gradients", "eroded_noises"]
 
@@ -103,7 +103,7 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
     )
     by = [a + seen * b for a, b in zip(by, (*by_side, 0.0), strict=True)]
     total = by[0] * total + rough * d_furrows
-    for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
+    for slope, change in zip(by[1:], shown_slopes(cut, footprint_m), strict=True):
         total = total + slope * change
     return carved + rough * furrows, total
 

@@ -25,7 +25,7 @@ from .height_surface import (
     surface_parts,
     surface_slopes,
 )
-from .rivers.valleys import Valleys, valleys
+from .rivers.valleys import Valleys, shown_slopes, valleys
 
 Floats = NDArray[np.float64]
 
@@ -232,7 +232,7 @@ def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) 
     cut = valleys(model.params.rivers, points, "all")
     heights, *by = carve_slopes(heights, cut.base_m, cut.open, cut.raised)
     total = by[0] * total
-    for slope, change in zip(by[1:], (cut.d_base, cut.d_open, cut.d_raised), strict=True):
+    for slope, change in zip(by[1:], shown_slopes(cut, footprint_m), strict=True):
         total = total + slope * change
     return heights, total
 

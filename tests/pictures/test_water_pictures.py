@@ -10,7 +10,7 @@ import planetfall as pf
 pytestmark = pytest.mark.gpu
 
 SIZE = (128, 72)
-PLACE = (3.16345, 143.60915)  # 14 m of water, a beach ahead
+PLACE = (3.16545, 143.60915)  # 12 m of water, a beach ahead
 OUTPUTS = ("radiance", "position", "surface")
 
 

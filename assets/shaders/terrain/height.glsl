@@ -406,11 +406,14 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     vec3 slope = terrain_slope(t, broad, relief, sources);
     float kept = 1.0, sides = 0.0;
 #ifdef TERRAIN_RIVERS
+    // A valley is a wave as wide as both of its sides.
+    float shown = terrain_layer_weight(2.0 * cut.reach, spacing_m);
+    vec3 d_base = shown * cut.d_base, d_open = shown * cut.d_open, d_raised = shown * cut.d_raised;
     float base_m = terrain_table.rivers.base_m + cut.base;
     TerrainCarveSlopes by = terrain_carve_slopes(TERRAIN_SINGLE(uncarved), base_m, cut.open, cut.raised);
     TerrainSideRoughSlopes side = terrain_side_rough_slopes(TERRAIN_SINGLE(uncarved), base_m, cut.open);
-    slope = (by.by_h + side.by_h * seen_furrows) * slope + (by.by_base + side.by_base * seen_furrows) * cut.d_base
-        + (by.by_open + side.by_open * seen_furrows) * cut.d_open + by.by_raised * cut.d_raised
+    slope = (by.by_h + side.by_h * seen_furrows) * slope + (by.by_base + side.by_base * seen_furrows) * d_base
+        + (by.by_open + side.by_open * seen_furrows) * d_open + by.by_raised * d_raised
         + side.value * d_furrows;
     kept = by.by_h;
     sides = side.value;

@@ -172,12 +172,13 @@ RiverLine river_line(RiverEnds ends, RiverPlace p) {
 // the depth below it that is filled. d_: gradients by the place, not yet tangential.
 struct TerrainCut {
     float base, open, raised;
+    float reach;   // of the valley, m; 0 where there is none
     vec3 d_base, d_open, d_raised;
 };
 
 TerrainCut terrain_cut(TERRAIN_PLACE D) {
     RiverPlace p = river_place(D);
-    TerrainCut cut = TerrainCut(-terrain_table.rivers.base_m, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
+    TerrainCut cut = TerrainCut(-terrain_table.rivers.base_m, 1.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
     float total = 0.0, sum = 0.0, first = 0.0, steepest = 0.0;
     vec3 d_total = vec3(0.0), d_sum = vec3(0.0);
     int k = p.lines.x, end = p.lines.x + p.lines.y;
@@ -189,6 +190,7 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
         // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
         if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {
             steepest = opens.by_d;
+            cut.reach = line.reach;
             cut.open = opens.value;
             cut.d_open = opens.by_d * line.away
                 + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;

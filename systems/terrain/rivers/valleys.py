@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..height_steps import layer_weight
 from .form import (
     LAKE_NEAR_M2,
     NEAR_M2,
@@ -26,7 +27,7 @@ from .form import (
 )
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = ["Valleys", "Waters", "valleys", "waters"]
+__all__ = ["Valleys", "Waters", "shown_slopes", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
 Slopes = Literal["none", "open", "all"]
@@ -42,6 +43,8 @@ class Valleys:
     """(N,) share of the ground's height above it that is left"""
     raised: Floats
     """(N,) share of the ground's depth below it that is filled"""
+    reach_m: Floats
+    """(N,) of the valley, to one side; 0 where there is none, or no gradient was asked for"""
     d_base: Floats | None = None
     d_open: Floats | None = None
     d_raised: Floats | None = None
@@ -85,13 +88,24 @@ class _Pairs:
     """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
 
 
+def shown_slopes(cut: Valleys, footprint_m: Floats | None) -> tuple[Floats, Floats, Floats]:
+    """Gradients of base, open and raised (3, N) as a footprint (N,) shows them: a valley is a wave as wide as both of
+    its sides."""
+    assert cut.d_base is not None and cut.d_open is not None and cut.d_raised is not None
+    if footprint_m is None:
+        return cut.d_base, cut.d_open, cut.d_raised
+    shown = layer_weight(2.0 * cut.reach_m, np.maximum(footprint_m, 1e-9))
+    return shown * cut.d_base, shown * cut.d_open, shown * cut.d_raised
+
+
 def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valleys:
     """At points (3, N), planet-centred metres on the reference sphere. slopes: the gradients that are asked for."""
     count = points.shape[1]
     base, left, raised = np.zeros(count), np.ones(count), np.zeros(count)
     d_open = None if slopes == "none" else np.zeros((3, count))
     d_base, d_raised = (np.zeros((3, count)) if slopes == "all" else None for _ in range(2))
-    found = Valleys(base, left, raised, d_base, d_open, d_raised)
+    reach_m = np.zeros(count)
+    found = Valleys(base, left, raised, reach_m, d_base, d_open, d_raised)
     pairs = _pairs(table, points)
     if pairs is None:
         return found
@@ -111,7 +125,9 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     if d_open is None:
         return found
     turned = _turned(table, points, at)
-    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, _chosen(opens, left[at], pairs)))
+    chosen = _chosen(opens, left[at], pairs)
+    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, chosen))
+    reach_m[at] = np.where(left[at] < 1.0, reach[chosen], 0.0)
     if d_base is not None and d_raised is not None:
         apart = own - np.repeat(off, _counts(pairs))
         d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, share, apart, total))
