@@ -2,10 +2,10 @@
 
 Michelic (2018, section 6) draws his planet from a precomputed 1024^2 texture of the continents in longitude and
 latitude, and up to ten layers of 3D simplex noise on top. Printed are the texture's size and mapping, and the number
-of layers. Filled in here: the texture holds this planet's own heights, low-passed, so that it shows the same
-continents as the scene, and beside them how much relief they lack; it is read with a cubic B-spline. The first layer
-is 32 km wide on Earth, each half of the one before, 0.57 times as high, and their height is the relief that is
-lacking: mountains stand where the scene's do, and plains are as flat.
+of layers. Filled in here: the texture holds this planet's own heights, low-passed and before rivers and gullies, so
+that it shows the same continents as the scene, and beside them how much relief they lack; it is read with a cubic
+B-spline. The first layer is 32 km wide on Earth, each half of the one before, 0.57 times as high, and their height is
+the relief that is lacking: mountains stand where the scene's do, and plains are as flat.
 
 assets/shaders/terrain/paper/ground.glsl is the GPU's side, around an anchor. The scene's truth stays what
 TerrainSampler says; `PaperField` is the truth of what this mode draws.
@@ -196,7 +196,7 @@ def continents(params: TerrainParams) -> NDArray[np.float32]:
     Texel (row, column) stands for latitude (row + 1/2) 180/1024 - 90 and longitude (column + 1/2) 360/1024 degrees.
     A second or two, then cached. The same on every machine up to the rounding of float32.
     """
-    field = TerrainField(replace(params, layers=min(params.layers, _SCENE_LAYERS)))
+    field = TerrainField(replace(params, layers=min(params.layers, _SCENE_LAYERS), erosion=0.0, rivers=None))
     latitude: Floats = (np.arange(TEXELS, dtype=np.float64) + 0.5) * (np.pi / TEXELS) - 0.5 * np.pi
     scene = np.stack([_parallel(field, phi) for phi in latitude])
     land = _low_passed(scene, latitude, _BLUR_TEXELS)

@@ -49,11 +49,13 @@ def test_the_line_is_where_each_pixel_has_it(pictures, name, px):
     assert far <= 1e-3 * truth.size, f"{far} of {apart.sum()} pixels are far from the line"
 
 
-@pytest.mark.parametrize("name", ["beach", "shallows"])
-def test_no_fringe_of_land_grows_over_water_behind_a_shore(pictures, name):
+def test_no_fringe_of_land_grows_over_water_behind_a_shore(pictures):
     """Heights of a shore are not those of the water that is seen beside it, farther away."""
-    truth = sea_of(pictures[1], name)
-    distance = pictures[1].render(pf.view(name), outputs=("distance",))["distance"]
-    beside = truth & (minimum_filter(np.where(np.isfinite(distance), distance, 1e12), 9) < 0.5 * distance)
-    taken = {px: int((beside & ~sea_of(pictures[px], name)).sum()) for px in (2, 4)}
+    truth = sea_of(pictures[1], "beach")
+    distance = pictures[1].render(pf.view("beach"), outputs=("distance",))["distance"]
+    # Nearer water is none: at flat angles the sea before a far coast is half as far away a few rows below.
+    shore = np.where(np.isfinite(distance) & ~truth, distance, 1e12)
+    beside = truth & (minimum_filter(shore, 9) < 0.5 * distance)
+    assert beside.any()
+    taken = {px: int((beside & ~sea_of(pictures[px], "beach")).sum()) for px in (2, 4)}
     assert max(taken.values()) < 0.05 * beside.sum(), f"{taken} of {beside.sum()}"
