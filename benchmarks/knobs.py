@@ -171,7 +171,7 @@ PAIRS: dict[str, Pair] = {
     "terrain.snow_slope_deg": Pair("earth", "high", 5.0),
     "terrain.variation": Pair("earth", "near", 0.0),
     "terrain.grain": Pair("earth", "ground", 4.0, off=0.0),
-    "terrain.clutter": Pair("earth", "beach", 0.0, off=1.0),
+    "terrain.clutter": Pair("earth", "ground", 0.0, off=1.0),
     "terrain.dust_law": Pair("moon", "space", 0.0, off=1.0),
     "terrain.shadows": Pair("earth", "sunset", False),
     "terrain.occlusion": Pair("earth", "dusk", False, both={"terrain.roughness": 3.0}),

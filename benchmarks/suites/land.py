@@ -9,7 +9,7 @@ import numpy as np
 from ... import Planet, Scene, Terrain, TerrainSampler, view
 from ...systems.terrain.drainage.climate import climate_params
 from ...systems.terrain.drainage.solve import solve_streams
-from ...systems.terrain.height import TerrainParams
+from ...systems.terrain.height import TerrainField, TerrainParams
 from ..measure import queries
 from ..measure.frames import time_frames
 from ..measure.land import descend, network_shape
@@ -51,7 +51,7 @@ def land_descent(session: Session) -> None:
     for name, (erosion, rivers) in GROUNDS.items():
         scene = _scene(erosion, rivers)
         sampler, field = TerrainSampler(scene), scene.planet.height_field()
-        assert field is not None
+        assert isinstance(field, TerrainField)
         found = descend(field, queries.land(sampler, count, np.random.default_rng(SEED)))
         session.row(
             name, error=100.0 * found.arrived, error_unit="%",

@@ -209,10 +209,11 @@ class _Search:
         there = ground
         kind = places.kind
         if self.rivers is not None:
-            there = carved(ground, *places.cut, places.furrows)
+            base, left, raised = places.cut
+            there = carved(ground, base, left, raised, places.furrows)
             if self.model.gullied:
                 kind = kind.copy()
-                kind[Kind.ROUGH] += side_rough(ground, places.cut[0], places.cut[1])
+                kind[Kind.ROUGH] += side_rough(ground, base, left)
         places.clearance = places.above - there
         rest = rough * detail.rest_m + detail.craters_down_m
         sunk = np.flatnonzero(places.clearance <= -_DOUBT * rest)

@@ -114,7 +114,7 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_a_sweep_covers_all_that_a_shift_lets_see_further",
         "test_the_levels_reach_from_the_nearest_pixel_to_the_horizon",
         "test_a_camera_on_a_sea_that_hides_all_ground",
-        "test_shadows_are_where_rays_to_the_sun_are_hidden[valley-14.0]",
+        "test_shadows_are_where_rays_to_the_sun_are_hidden[valley-14.0-0.06]",
         "test_without_shadows_nothing_runs_and_nothing_is_kept",
     ),
     "test_shade_every.py": ("test_outlines_are_the_same_and_every_pixel_has_light[coast]",),
