@@ -246,7 +246,8 @@ def test_what_was_hidden_has_no_past():
     # Redder than blue: a body, not the ground. Less is left than the least share that a frame's sample ever has.
     body, after, ground = (p[..., 0] - p[..., 2] for p in (with_body["color"].astype(int), after, without))
     assert body[was].mean() > 100
-    # Fresh ground has one sample a pixel: a grain of it may be redder than the mean of all samples around it.
+    # Fresh ground has one sample a pixel: a grain of it may be redder than the mean of all samples around it. What is
+    # left of a body would be at all pixels, a sixteenth of it or more: four times what the mean may have.
     assert ((after - maximum_filter(ground, 3))[was] > body[was].mean() / 16.0).mean() < 0.02
     assert (after - ground)[was].mean() < body[was].mean() / 64.0
 

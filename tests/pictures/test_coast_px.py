@@ -50,7 +50,8 @@ def test_the_line_is_where_each_pixel_has_it(pictures, name, px):
 
 
 def test_no_fringe_of_land_grows_over_water_behind_a_shore(pictures):
-    """Heights of a shore are not those of the water that is seen beside it, farther away."""
+    """Heights of a shore are not those of the water that is seen beside it, farther away. Of the named views at a shore
+    only the beach has such land: the others look down over theirs."""
     truth = sea_of(pictures[1], "beach")
     distance = pictures[1].render(pf.view("beach"), outputs=("distance",))["distance"]
     # Nearer water is none: at flat angles the sea before a far coast is half as far away a few rows below.
