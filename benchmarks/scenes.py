@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from .. import Clouds, Scene, load_scene
+from .. import Clouds, Scene, Terrain, load_scene
 
-__all__ = ["preset_scene"]
+__all__ = ["earth", "preset_scene"]
 
 
 def preset_scene(source: str | os.PathLike[str] = "earth", clouds: bool = False) -> Scene:
@@ -18,4 +18,12 @@ def preset_scene(source: str | os.PathLike[str] = "earth", clouds: bool = False)
     for planet in () if clouds else scene.planets.values():
         if planet.has(Clouds):
             planet.remove(Clouds)
+    return scene
+
+
+def earth(erosion: float, rivers: float, clouds: bool = False) -> Scene:
+    """The preset earth with so much of gullies and rivers: without both, the ground that printed methods know."""
+    scene = preset_scene("earth", clouds)
+    terrain = scene.planet[Terrain]
+    terrain.erosion, terrain.rivers = erosion, rivers
     return scene

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ... import Planet, Scene, Terrain, TerrainSampler, view
+from ... import Planet, Terrain, TerrainSampler, view
 from ...systems.terrain.drainage.climate import climate_params
 from ...systems.terrain.drainage.solve import solve_streams
 from ...systems.terrain.height import TerrainField, TerrainParams
 from ..measure import queries
 from ..measure.frames import time_frames
 from ..measure.land import descend, network_shape
-from ..scenes import preset_scene
+from ..scenes import earth, preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from ..timing import time_variants
@@ -21,12 +21,6 @@ from ..timing import time_variants
 SEED = 20261126
 GROUNDS: Mapping[str, tuple[float, float]] = {"plain": (0.0, 0.0), "gullies": (1.0, 0.0), "gullies, rivers": (1.0, 1.0)}
 """Terrain.erosion and Terrain.rivers by variant."""
-
-
-def _scene(erosion: float, rivers: float) -> Scene:
-    scene = preset_scene("earth")
-    scene.planet[Terrain].erosion, scene.planet[Terrain].rivers = erosion, rivers
-    return scene
 
 
 def land_network(session: Session) -> None:
@@ -49,7 +43,7 @@ def land_descent(session: Session) -> None:
     """Drops on random land, down the final ground in steps of 25 m, filling pits of up to 3 m."""
     count = session.runs(3000, 300)
     for name, (erosion, rivers) in GROUNDS.items():
-        scene = _scene(erosion, rivers)
+        scene = earth(erosion, rivers)
         sampler, field = TerrainSampler(scene), scene.planet.height_field()
         assert isinstance(field, TerrainField)
         found = descend(field, queries.land(sampler, count, np.random.default_rng(SEED)))
@@ -62,7 +56,7 @@ def land_descent(session: Session) -> None:
 
 def land_cost(session: Session) -> None:
     """The same ground without, with gullies, with rivers too, in turns: heights, rays, frames."""
-    samplers = {name: TerrainSampler(_scene(*knobs)) for name, knobs in GROUNDS.items()}
+    samplers = {name: TerrainSampler(earth(*knobs)) for name, knobs in GROUNDS.items()}
     places = queries.land(samplers["plain"], 1000, np.random.default_rng(SEED))
     runs = {name: lambda s=sampler: s.height(places) for name, sampler in samplers.items()}
     for name, timing in time_variants(runs, session.runs(40, 10), 3).items():
@@ -79,7 +73,7 @@ def land_cost(session: Session) -> None:
         session.row(f"200 level rays of 10 km from 2 m, {name}", timing=timing)
     for place in ("valley", "high", "orbit"):
         for name, knobs in GROUNDS.items():
-            with session.renderer(_scene(*knobs), (640, 360), "medium") as renderer:
+            with session.renderer(earth(*knobs), (640, 360), "medium") as renderer:
                 session.row(name, place, timing=time_frames(renderer, view(place), session.runs(20, 6)).turning)
 
 

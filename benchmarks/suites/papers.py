@@ -20,7 +20,7 @@ from ..measure import ground, waves
 from ..measure.cloud_paper import against_printed
 from ..measure.frames import time_passes
 from ..measure.whole import Picture, reference_of, whole_frame
-from ..scenes import preset_scene
+from ..scenes import earth
 from ..session import Bench, Session
 from ..target import at_least
 from .atmosphere import CURVE, air_curve
@@ -88,13 +88,14 @@ _MESH = ("terrain.cull", "terrain.vertices", "terrain.gbuffer")
 
 def _ground(session: Session) -> None:
     """Meshes: passes that cull, make and draw them, each waited for. The error is the 99th percentile of pixels to the
-    scene's ground, which printed heights of a projected grid are not; `mesh_px` are to the ground that each draws."""
+    scene's ground without gullies and rivers, which printed heights of a projected grid are not; `mesh_px` are to the
+    ground that each draws."""
     size = QUICK_SIZE if session.extent == "quick" else SIZE
     most, rng = session.runs(20_000, 3000), np.random.default_rng(SEED)
     for place in VIEWS:
         at, costs, extras = view(place), {}, {}
         for name, overrides in {**_OURS, **_PRINTED_GRIDS, **_PRINTED_TILES}.items():
-            with session.renderer("earth", size, "medium", dict(overrides)) as renderer:
+            with session.renderer(earth(0.0, 0.0), size, "medium", dict(overrides)) as renderer:
                 renderer.settle(at)
                 passes = time_passes(renderer, at, session.runs(15, 6))
                 held = sum(timing.ms for key, timing in passes.items() if key in _MESH)
@@ -153,10 +154,10 @@ def _clouds(session: Session) -> None:
 
 def _pictures(session: Session) -> None:
     """Whole frames of quality `paper` beside ours, at the views of the sheet: milliseconds of a turning camera, and
-    mean FLIP to quality `reference`. Printed vertices are made in every frame. Where the printed ground has a place of
-    its own, its picture is of another coast or valley than the reference's."""
+    mean FLIP to quality `reference`, of ground without gullies and rivers. Printed vertices are made in every frame.
+    Where the printed ground has a place of its own, its picture is of another coast or valley than the reference's."""
     session.release()
-    scene, size = preset_scene("earth", clouds=True), QUICK_SIZE
+    scene, size = earth(0.0, 0.0, clouds=True), QUICK_SIZE
     names = PICTURES[:2] if session.extent == "quick" else PICTURES
     references: dict[str, Picture] = {name: reference_of(scene, view(name, scene.planet), size) for name in names}
     costs: dict[str, dict[str, Cost]] = {}
