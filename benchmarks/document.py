@@ -65,7 +65,9 @@ def document_text(results: Path, page_folder: Path) -> str:
     devices = _devices(results)
     parts = [_HEAD.format(promises=_link(results / PROMISES, page_folder))]
     if all(reports[0].machine.is_software for _, reports in devices):
-        parts.append("Not measured on a GPU yet.\n")
+        parts.append(
+            "No suite was run on a GPU yet. What frames, pictures and tests were on one: [drivers](drivers.md#a-gpu).\n"
+        )
     parts.append(_in_short(devices))
     for folder, reports in devices:
         link = _link(folder / TABLES, page_folder)

@@ -23,13 +23,19 @@ class Gpu(Device):
 
     ctx: the context. gl: raw calls. caps: limits and names. shaders: the library over `shader_roots`. work: counters.
     GLVersionError below OpenGL 4.3. Without clip control (4.3 without ARB_clip_control) every shader gets the define
-    PF_FRAG_DEPTH and writes the same depth values itself, at the price of early depth tests.
+    PF_FRAG_DEPTH and writes the same depth values itself, at the price of early depth tests. compile_ahead: programs are
+    linked at their first use, where the driver has compiled them in its threads till then (compile_ahead.py); else, and
+    on other drivers, when they are made.
     """
 
     def __init__(
-        self, ctx: moderngl.Context, shader_roots: Iterable[Path | str], defines: Defines | None = None
+        self,
+        ctx: moderngl.Context,
+        shader_roots: Iterable[Path | str],
+        defines: Defines | None = None,
+        compile_ahead: bool = False,
     ) -> None:
-        super().__init__(ctx, shader_roots, defines)
+        super().__init__(ctx, shader_roots, defines, compile_ahead)
         if os.environ.get(VALIDATE, "").strip() not in ("", "0"):
             from .validate import validate  # authors' tools stay out of a game's process
 

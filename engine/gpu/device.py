@@ -13,6 +13,7 @@ import moderngl
 
 from . import gl as G
 from .caps import Capabilities, check_version
+from .compile_ahead import CompileAhead, compiles_ahead
 from .limits import check_limits
 from .preprocess import Defines
 from .shaders import ShaderLibrary
@@ -42,7 +43,11 @@ class Device:
     """What scopes and their objects need of a `Gpu`, which has the arguments and fields in words."""
 
     def __init__(
-        self, ctx: moderngl.Context, shader_roots: Iterable[Path | str], defines: Defines | None = None
+        self,
+        ctx: moderngl.Context,
+        shader_roots: Iterable[Path | str],
+        defines: Defines | None = None,
+        compile_ahead: bool = False,
     ) -> None:
         check_version(ctx)
         self.ctx = ctx
@@ -60,7 +65,8 @@ class Device:
                 "%s has no ARB_clip_control: depth is written by fragment shaders, which costs early depth tests",
                 self.caps.renderer,
             )
-        self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work)
+        ahead = CompileAhead(self.gl) if compile_ahead and compiles_ahead(ctx, self.caps) else None
+        self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work, ahead)
         self.watch: CommandWatch | None = None
         """Hears what passes touch, for authors (validate.py)."""
         self._scopes: list[Owner] = []

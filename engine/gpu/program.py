@@ -153,7 +153,7 @@ class Program:
                 return False
             self._failed_key = key
             self._files |= frozenset().union(*(e.files for e in expanded.values()))
-            fresh = self._library.acquire(expanded, self.name)
+            fresh = self._library.acquire(expanded, self.name, at_once=True)
         except ShaderError as error:
             if self.error is None or str(self.error) != str(error):
                 log.error("%s (the last good version stays in use)", error)
@@ -225,7 +225,8 @@ Content: TypeAlias = Sequence[tuple[moderngl.Buffer, *tuple[str, ...]]]
 
 
 class VertexArray:
-    """Buffers bound to a program's inputs, built again when the program is. `mgl`: moderngl's object of the moment."""
+    """Buffers bound to a program's inputs, built when the program is, and again when that is rebuilt. `mgl`: moderngl's
+    object of the moment, if there is one yet."""
 
     def __init__(
         self,
@@ -246,7 +247,8 @@ class VertexArray:
         self._linked: LinkedProgram | None = None
         self._mgl: moderngl.VertexArray | None = None
         self.alive = True
-        self._build(program.linked)
+        if program.linked.is_linked:
+            self._build(program.linked)
 
     def _build(self, linked: LinkedProgram) -> moderngl.VertexArray:
         assert isinstance(linked.mgl, moderngl.Program)
@@ -272,7 +274,8 @@ class VertexArray:
     def set_buffers(self, content: Content = (), index: moderngl.Buffer | None = None, index_size: int = 4) -> None:
         """Other buffers from now on (grown ones, say)."""
         self._content, self._index, self._index_size = list(content), index, index_size
-        self._build(self.program.linked)
+        if self.program.linked.is_linked:
+            self._build(self.program.linked)
 
     def render(self, mode: int = moderngl.TRIANGLES, vertices: int = -1, first: int = 0, instances: int = 1) -> None:
         """Draw. vertices -1: all that the buffers hold."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import moderngl
 
 from . import gl as G
+from .compile_ahead import CompileAhead
 from .errors import ShaderError, ShaderMessage
 from .preprocess import Defines, Expanded, ShaderSources, map_log
 from .work import Work
@@ -36,18 +37,33 @@ GLProgram: TypeAlias = moderngl.Program | moderngl.ComputeShader
 
 
 class LinkedProgram:
-    """One linked GL program, shared by all wrappers whose expanded sources are equal.
+    """One GL program, shared by all wrappers whose expanded sources are equal; linked when `mgl` is first asked for.
 
     `holder` is the wrapper whose uniform values are in it at the moment.
     """
 
-    def __init__(self, key: str, mgl: GLProgram) -> None:
-        self.key, self.mgl = key, mgl
+    def __init__(self, key: str, link: Callable[[], GLProgram], ahead: int | None = None) -> None:
+        self.key, self.ahead = key, ahead
+        """ahead: the program that the driver compiles in its own threads, until this one is linked."""
+        self._link = link
+        self._mgl: GLProgram | None = None
         self.references = 0
         self.holder: object | None = None
         self.modules: dict[str, Module] = {}
         """By stage what a reference compiler makes of it, where one is asked (`ShaderLibrary.check`)."""
         self.files: dict[str, str] = {}
+
+    @property
+    def is_linked(self) -> bool:
+        return self._mgl is not None
+
+    @property
+    def mgl(self) -> GLProgram:
+        """moderngl's object. ShaderError where the driver refuses the sources."""
+        if self._mgl is None:
+            self._mgl = self._link()
+            self.ahead = None
+        return self._mgl
 
 
 class _Wrapper(Protocol):
@@ -61,16 +77,24 @@ class _Wrapper(Protocol):
 class ShaderLibrary:
     """Shader files under `roots`, the programs made of them, contracts, virtual files and hot reload.
 
-    Names are relative to the roots ("terrain/gbuffer.frag"). `base_defines` stand in every stage.
+    Names are relative to the roots ("terrain/gbuffer.frag"). `base_defines` stand in every stage. `ahead`: who has the
+    driver compile before programs are used; without, they are linked when they are acquired.
     """
 
     def __init__(
-        self, ctx: moderngl.Context, gl: G.GL, roots: Iterable[Path | str], base_defines: Defines, work: Work
+        self,
+        ctx: moderngl.Context,
+        gl: G.GL,
+        roots: Iterable[Path | str],
+        base_defines: Defines,
+        work: Work,
+        ahead: CompileAhead | None = None,
     ) -> None:
         self.ctx, self._gl = ctx, gl
         self.sources = ShaderSources(roots)
         self.base_defines = dict(base_defines)
         self._work = work
+        self._ahead = ahead
         self._linked: dict[str, LinkedProgram] = {}
         self._wrappers: dict[int, _Wrapper] = {}
         self.check: Callable[[Mapping[str, Expanded]], dict[str, Module]] | None = None
@@ -104,13 +128,19 @@ class ShaderLibrary:
     def key_of(expanded: Mapping[str, Expanded]) -> str:
         return "|".join(f"{stage}:{e.key}" for stage, e in sorted(expanded.items()))
 
-    def acquire(self, expanded: Mapping[str, Expanded], program_name: str) -> LinkedProgram:
-        """The program of these sources, compiled if need be, with one more reference. ShaderError maps the log."""
+    def acquire(self, expanded: Mapping[str, Expanded], program_name: str, at_once: bool = False) -> LinkedProgram:
+        """The program of these sources, compiled if need be, with one more reference. ShaderError maps the log.
+
+        Where the driver compiles ahead, it raises when the program is first used, unless it has to be linked `at_once`.
+        """
         key = self.key_of(expanded)
         linked = self._linked.get(key)
         if linked is None:
             modules = self.check(expanded) if self.check is not None else {}
-            linked = self._linked[key] = LinkedProgram(key, self._link(expanded, program_name))
+            linked = self._begin(key, expanded, program_name)
+            if linked.ahead is None or at_once:
+                _ = linked.mgl
+            self._linked[key] = linked
             linked.modules = modules
             linked.files = {stage: each.name for stage, each in expanded.items()}
             self._work.programs_built += 1
@@ -122,6 +152,10 @@ class ShaderLibrary:
         linked.references -= 1
         if linked.references == 0:
             del self._linked[linked.key]
+            if self._ahead is not None and linked.ahead is not None:
+                self._ahead.drop(linked.ahead)
+            if not linked.is_linked:
+                return
             if self._gl.integer(G.CURRENT_PROGRAM) == linked.mgl.glo:
                 self._gl.function("glUseProgram", None, G.uint)(0)  # GL keeps a program alive while it is in use
             linked.mgl.release()
@@ -130,6 +164,18 @@ class ShaderLibrary:
     def program_count(self) -> int:
         """GL programs alive, each counted once however many share it."""
         return len(self._linked)
+
+    def _begin(self, key: str, expanded: Mapping[str, Expanded], name: str) -> LinkedProgram:
+        ahead, compiling = self._ahead, None
+        if ahead is not None:
+            compiling = ahead.begin({stage: e.text for stage, e in expanded.items()})
+
+        def link() -> GLProgram:
+            if ahead is not None and compiling is not None:
+                ahead.wait(compiling)
+            return self._link(expanded, name)
+
+        return LinkedProgram(key, link, compiling)
 
     def _link(self, expanded: Mapping[str, Expanded], name: str) -> GLProgram:
         sources: dict[str, Any] = {f"{stage}_shader": e.text for stage, e in expanded.items()}

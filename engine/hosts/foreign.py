@@ -74,8 +74,8 @@ class ForeignHost:
         self.release()
 
 
-def attach(ctx: moderngl.Context, shader_roots: Iterable[Path | str] = ()) -> ForeignHost:
-    """Become a guest in the host's context, which must be current.
+def attach(ctx: moderngl.Context, shader_roots: Iterable[Path | str] = (), compile_ahead: bool = False) -> ForeignHost:
+    """Become a guest in the host's context, which must be current. compile_ahead: as Gpu has it.
 
     Raises:
         GLVersionError: the context is older than OpenGL 4.3 core; names what was found.
@@ -86,5 +86,5 @@ def attach(ctx: moderngl.Context, shader_roots: Iterable[Path | str] = ()) -> Fo
             f"expected the host's moderngl.Context, found {type(ctx).__name__}. In a host without moderngl call "
             "moderngl.create_context() once, while its OpenGL context is current, and pass the result."
         )
-    gpu = Gpu(ctx, shader_roots)
+    gpu = Gpu(ctx, shader_roots, compile_ahead=compile_ahead)
     return ForeignHost(gpu, StateGuard(gpu))

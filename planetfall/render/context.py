@@ -37,16 +37,16 @@ class RenderContext:
         if ctx is None:
             from ..engine.hosts.headless import create_headless
 
-            self.gpu = Gpu(create_headless(), self._shaders)
+            self.gpu = Gpu(create_headless(), self._shaders, compile_ahead=True)
         else:
-            host = attach(ctx, self._shaders)
+            host = attach(ctx, self._shaders, compile_ahead=True)
             self.gpu, self.host = host.gpu, host if guard else None
         self.own, self.ctx = ctx is None, self.gpu.ctx
         self.watch = ContextWatch(scene, self.gpu.gl, self._errors, place)
 
     def another_gpu(self) -> Gpu:
         """Programs, objects and counters of their own in the same context, for one more planet."""
-        return Gpu(self.ctx, self._shaders)
+        return Gpu(self.ctx, self._shaders, compile_ahead=True)
 
     def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]:
         """The context current, a host's state safe. framebuffer: of the host's, if it is to be drawn into.

@@ -85,13 +85,13 @@ def test_gpus_come_first(tmp_path):
     machine = describe_machine(None)
     soft = replace(machine, gl_renderer="A soft one", is_software=True)
     save_report(report_of(machine=soft), tmp_path)
-    assert "Not measured on a GPU" in document_text(tmp_path, tmp_path)
+    assert "No suite was run on a GPU" in document_text(tmp_path, tmp_path)
     save_report(report_of(machine=replace(machine, gl_renderer="Zed GPU", is_software=False)), tmp_path)
     text = document_text(tmp_path, tmp_path)
     assert (
         text.index("## Zed GPU") < text.index("## A soft one")
         and text.index("Zed") < text.index("soft one")
-        and "Not measured on a GPU" not in text
+        and "No suite was run on a GPU" not in text
     )
 
 

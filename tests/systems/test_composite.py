@@ -204,7 +204,8 @@ def test_dither_on_and_off(gpu):
     true = srgb_encode(ramp) * 255
     assert np.array_equal(on, again)  # the same noise in each frame
     assert not np.array_equal(on, off)
-    assert np.abs(on - true).max() <= 1.01 and np.abs(off - true).max() <= 0.51
+    # Half a step, and what a driver's rounding to 8 bits is off: 0.0164 of a step on NVIDIA's, nothing on Mesa's.
+    assert np.abs(on - true).max() <= 1.02 and np.abs(off - true).max() <= 0.52
     columns = lambda image: np.abs((image - true).mean(axis=0).reshape(-1, 8, 3).mean(axis=1)).max()  # noqa: E731
     assert columns(on) < 0.2 < columns(off)
 

@@ -224,6 +224,9 @@ def test_height_drawn_is_that_of_the_picture(paper):
     points = state.position_m + out["position"][rows, columns][chosen].astype(np.float64)
     found = paper.height_drawn(points / np.linalg.norm(points, axis=1, keepdims=True))
     away = np.linalg.norm(points - state.position_m, axis=1)
-    # The position comes from a depth of 24 bits along the ray.
-    assert (np.abs(found - (np.linalg.norm(points, axis=1) - 6.371e6)) <= 1e-3 + 1e-6 * away).all()
+    # The position comes from a depth of 24 bits along the ray; rasterisers of GPUs snap vertices to 1/256 of a pixel.
+    snapped = (
+        0.0 if paper.gpu.caps.is_software else (state.tan_top - state.tan_bottom) / out["surface"].shape[0] / 256.0
+    )
+    assert (np.abs(found - (np.linalg.norm(points, axis=1) - 6.371e6)) <= 1e-3 + (1e-6 + snapped) * away).all()
     assert np.isnan(paper.height_drawn(-points[:1] / np.linalg.norm(points[0]))).all()

@@ -14,7 +14,8 @@
 #include "clouds/sun_optical_depth.glsl"
 #include "clouds/cirrus_march.glsl"
 
-const int CLEAR_STEPS = 5;   // through the clear, until rays beside one another wait for those in cloud
+// Steps through the clear, until rays beside one another wait for those in cloud.
+const int CLEAR_STEPS = 5;
 
 // Where a ray is: the next step's begin in metres, and its length in short steps, above 1 through the clear; share of
 // that length: 1 but for a segment's first step.
@@ -72,7 +73,8 @@ CloudRun next_run(
 ) {
     CloudRun run = CloudRun(0.0, 0.0, 0.0, 0.0, 0.0);
     float weight = 0.0, occluded = 1.0 + sizes.occluded_factor * (1.0 - m.transmittance);
-    int steps = 0;
+    // Five; but not to a compiler, which would write all that a sample does five times over.
+    int steps = 0, most_clear = min(CLEAR_STEPS, CLEAR_STEPS * int(u_layer_steps));
     bool on_in;
     do {
         Sample here;
@@ -89,7 +91,7 @@ CloudRun next_run(
 #ifdef CLOUD_FINEST
             air_seen += here.gap > 0.0 ? m.transmittance * here.step_m : 0.0;
 #endif
-        } while (here.gap > 0.0 && run.depth <= 0.0 && at.t < last && ++clear_steps < CLEAR_STEPS);
+        } while (here.gap > 0.0 && run.depth <= 0.0 && at.t < last && ++clear_steps < most_clear);
         bool near = here.gap <= 0.0;
         float density = near ? cloud_rimmed(r.layer, here.noise, here.share, here.footprint, 2) : 0.0;
         // In cloud: the same way again, in short steps; or on.

@@ -15,9 +15,13 @@ void main() {
     }
     arguments[0] = 6u * quads;
     arguments[1] = 1u;
-    arguments[2] = arguments[3] = arguments[4] = 0u;
+    arguments[2] = 0u;
+    arguments[3] = 0u;
+    arguments[4] = 0u;
     arguments[5] = (quads + 63u) / 64u;
-    arguments[6] = arguments[7] = 1u;
+    arguments[6] = 1u;
+    arguments[7] = 1u;
     arguments[8] = (vertices + uint(32 * SEA_VERTICES) - 1u) / uint(32 * SEA_VERTICES);
-    arguments[9] = arguments[10] = 1u;
+    arguments[9] = 1u;
+    arguments[10] = 1u;
 }
