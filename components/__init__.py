@@ -8,6 +8,7 @@ if __name__ != "planetfall.components":
 from ._knob import Knob, Vec3, knob, knobs
 from .atmosphere import Atmosphere
 from .clouds import MOST_CLOUD_LAYERS, CloudLayer, Clouds
+from .cover import Cover
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean, Wave
@@ -18,6 +19,7 @@ from .quality import (
     AtmosphereQuality,
     CloudQuality,
     CompositeQuality,
+    CoverQuality,
     LightQuality,
     MemoryQuality,
     OceanQuality,
@@ -39,6 +41,8 @@ __all__ = [
     "Clouds",
     "Composite",
     "CompositeQuality",
+    "Cover",
+    "CoverQuality",
     "DebugView",
     "Exposure",
     "Knob",

@@ -10,6 +10,7 @@ __all__ = [
     "AtmosphereQuality",
     "CloudQuality",
     "CompositeQuality",
+    "CoverQuality",
     "LightQuality",
     "MemoryQuality",
     "OceanQuality",
@@ -367,6 +368,33 @@ class ShadowQuality:
         "",
         "Levels that are filled from nothing, or swept for a new place of the sun, in one frame",
         cost="time of frames in which the camera comes near the ground, or the sun moves",
+    )
+
+
+@dataclass
+class CoverQuality:
+    """Keys "cover.*"."""
+
+    reach_m: float = knob(
+        350.0,
+        20.0,
+        2000.0,
+        "m",
+        "How far trees stand as solids; beyond, forests are a colour of the ground",
+        cost="trees to make and draw, with its square",
+        log=True,
+    )
+    shadow_texels: int = knob(
+        1024,
+        64,
+        4096,
+        "",
+        "Side of the map of their shadows, which reaches as far as they do, and no farther than 300 m",
+        cost="memory, and time when trees come or go, with its square",
+        power_of_two=True,
+    )
+    shadows: bool = knob(
+        True, help="Trees shade the ground and one another", cost="the map, and a look into it a pixel"
     )
 
 

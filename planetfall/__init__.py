@@ -28,6 +28,7 @@ from .components import (
     CloudLayer,
     Clouds,
     Composite,
+    Cover,
     DebugView,
     Exposure,
     Ocean,
@@ -75,6 +76,7 @@ if _TYPE_CHECKING:
     from .query.atmosphere import AtmosphereProbe
     from .query.climate import Climate
     from .query.clouds import CloudProbe
+    from .query.cover import CoverSampler
     from .query.drainage import Drainage, River
     from .query.ocean import OceanSampler
     from .query.terrain import TerrainSampler
@@ -88,6 +90,7 @@ _LAZY = {
     "AtmosphereProbe": "query.atmosphere",
     "Climate": "query.climate",
     "CloudProbe": "query.clouds",
+    "CoverSampler": "query.cover",
     "Drainage": "query.drainage",
     "GLLimitError": "errors",
     "GLVersionError": "errors",
@@ -124,6 +127,8 @@ __all__ = [
     "Companion",
     "Composite",
     "ContextLostError",
+    "Cover",
+    "CoverSampler",
     "DebugView",
     "Drainage",
     "Exposure",

@@ -9,6 +9,7 @@ from .components import (
     AtmosphereQuality,
     CloudQuality,
     CompositeQuality,
+    CoverQuality,
     LightQuality,
     MemoryQuality,
     OceanQuality,
@@ -32,6 +33,7 @@ GROUPS = {
     "ocean": OceanQuality,
     "shadows": ShadowQuality,
     "clouds": CloudQuality,
+    "cover": CoverQuality,
     "memory": MemoryQuality,
 }
 

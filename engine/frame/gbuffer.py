@@ -19,6 +19,7 @@ class Surface(IntEnum):
     TERRAIN = 1
     SEA = 2
     PROPS = 3
+    COVER = 4
 
 
 made_shader(

@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..components import Atmosphere, Clouds, DebugView, Ocean, Planet, Shape, Stars, Sun, Terrain, Transform
+from ..components import Atmosphere, Clouds, Cover, DebugView, Ocean, Planet, Shape, Stars, Sun, Terrain, Transform
 from ..engine.system import System
 from ..engine.world import World
 
@@ -43,6 +43,7 @@ SYSTEMS: tuple[Entry, ...] = (
     Entry("shadows", ".systems.shadows.system", "ShadowSystem", (Planet, Terrain)),
     Entry("ocean", ".systems.ocean", "OceanSystem", (Planet, Ocean)),
     Entry("props", ".systems.props", "PropsSystem", (Transform, Shape)),
+    Entry("cover", ".systems.cover", "CoverSystem", (Planet, Terrain, Cover)),
     Entry("sky", ".systems.sky", "SkySystem"),
     Entry("stars", ".systems.sky", "StarsSystem", (Stars,)),
     Entry("clouds", ".systems.clouds.system", "CloudSystem", (Planet, Clouds)),

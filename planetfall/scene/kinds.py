@@ -10,6 +10,7 @@ from ..components import (
     CloudLayer,
     Clouds,
     Composite,
+    Cover,
     DebugView,
     Exposure,
     Ocean,
@@ -47,6 +48,7 @@ PLANET_KINDS: dict[str, type] = {
     "ocean": Ocean,
     "atmosphere": Atmosphere,
     "clouds": Clouds,
+    "cover": Cover,
 }
 """Components of a planet, by their TOML table."""
 SCENE_KINDS: dict[str, type] = {"sun": Sun, "stars": Stars, "exposure": Exposure, "composite": Composite}

@@ -21,10 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .height_model import Model
-from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of
+from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of, noises
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
 from .height_steps import layer_weight
+from .rivers.valleys import waters
 
 __all__ = [
     "TerrainField",
@@ -37,6 +38,9 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+COLORED_MOISTURE = 0.45
+"""TERRAIN_COLORED_MOISTURE of terrain/height.glsl."""
 
 _REMEMBERED = 8
 """Places of a TerrainField; then all of them are forgotten."""
@@ -145,6 +149,21 @@ class TerrainField:
                 self._known.clear()
             self._known.update(zip(names, heights, strict=True))
         return np.array(heights, dtype=np.float64)
+
+    def moisture(self, directions: Floats) -> Floats:
+        """Of the ground by itself (N,), 0 dry .. 1 wet, at unit directions (N, 3): terrain_moisture() of
+        terrain/height.glsl, without craters."""
+        if self.params.colored:
+            return np.full(len(directions), COLORED_MOISTURE)
+        w1 = noises(np.ascontiguousarray(directions.T) * self.radius_m, self.model)[0]
+        return np.clip(0.5 - 0.6 * w1[2] + 0.2 * w1[1], 0.0, 1.0)
+
+    def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]:
+        """Whether places (N,) of that height lie under a river or a lake."""
+        if self.params.rivers is None or not len(directions):
+            return np.zeros(len(directions), dtype=bool)
+        found = waters(self.params.rivers, directions.T * self.radius_m)
+        return (found.beyond_m < 0.0) & (found.level_m > height_m)
 
     def height_gradient(self, directions: Floats, footprint_m: float | Floats | None = None) -> tuple[Floats, Floats]:
         """Heights (N,) and tangential gradients (N, 3) at unit directions (N, 3)."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...components import DebugView, Ocean, Planet, Terrain
+from ...components import Cover, DebugView, Ocean, Planet, Terrain
 from ...engine.blocks.bindings import (
     DRY_BUFFER,
     LAND_WATER_UNIT,
@@ -401,7 +401,9 @@ class TerrainSystem(System):
             step = int(self._settings["terrain.coast_px"])
             every = self._shade_every()
             defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_EVERY": every}
-            self._shaders[file, *flags] = self._gpu.compute(file, defines=defines | dict.fromkeys(flags, 1))
+            values = {"GROUND_COVER": f"{float(self._settings['cover.reach_m']):.1f}"}
+            defines |= {flag: values.get(flag, 1) for flag in flags}
+            self._shaders[file, *flags] = self._gpu.compute(file, defines=defines)
         return self._shaders[file, *flags]
 
     def _shade_every(self) -> int:
@@ -417,12 +419,14 @@ class TerrainSystem(System):
         # Without a sea all ground is shaded as dry ground beside one: no further programs for it.
         no_water = backend.shades_all and not self._world.query(Ocean)
         rivers = io.texture(LAND_WATER) if self.shows_rivers() else None
+        cover = ("GROUND_COVER",) if backend.shades_all and self._world.query(Cover) else ()
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if no_water or (sorts and not name.endswith("wet")) else ()
             flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
+            flags = (*flags, *cover)
             plain = self._shader(backend.shade_file, *flags)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))
 

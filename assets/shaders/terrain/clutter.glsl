@@ -35,7 +35,12 @@ const ClutterKind CLUTTER[] = ClutterKind[](
     ClutterKind(0.03, 1, 0.12, 0.34, 0.08, 0.30, 2.2, 0.7, 0.5, 0.6),
     ClutterKind(0.1, 3, 0.08, 0.30, 0.08, 0.28, 1.1, 0.65, 0.7, 0.6),
     ClutterKind(0.5, 6, 0.06, 0.20, 0.03, 0.11, 0.85, 0.8, 0.85, 0.3),
+#ifdef GROUND_COVER
+    // Crowns of the trees that stand as solids nearer by (systems/cover).
+    ClutterKind(NEAR_ACROSS_M, 8, 0.26, 0.46, 0.0, 0.0, 1.9, 0.8, 0.85, 0.2));
+#else
     ClutterKind(NEAR_ACROSS_M, 7, 0.10, 0.40, 0.01, 0.05, 1.25, 0.8, 0.85, 0.2));
+#endif
 
 // The lattice's axes: the two of the planet that the ground follows best, and the third.
 vec3 clutter_axes(vec3 v, vec3 zenith) {

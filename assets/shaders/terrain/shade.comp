@@ -3,6 +3,7 @@
 //
 //   GROUND_CLUTTER   ground so near that things that stand on it show
 //   GROUND_DRY       no pixel has water over it, or is wet from it (terrain/list_wet.comp says where)
+//   GROUND_COVER     trees stand on it: the distance up to which they do, metres
 //   GROUND_RIVERS    rivers and lakes: their banks, and water too narrow for a pixel
 #include "common/constants.glsl"
 #include "common/camera.glsl"
@@ -30,6 +31,10 @@
 
 #ifdef GROUND_RIVERS
 #include "terrain/narrow_water.glsl"
+#endif
+
+#ifdef GROUND_COVER
+#include "contract/cover_light.glsl"
 #endif
 
 #ifndef GROUND_BLUR
@@ -69,7 +74,12 @@ vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
 // Albedo of what stands on the ground: stones of both colours of rock, plants of those around, bushes of forest.
 vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint) * (1.0 + 0.35 * clutter.tint);
-    vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint), clutter.bush);
+#ifdef GROUND_COVER
+    vec3 tree = cover_map.leaves * (1.0 + 0.3 * clutter.tint);
+#else
+    vec3 tree = FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint);
+#endif
+    vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), tree, clutter.bush);
     return mix(stone, leaves * clutter.light, clutter.plant);
 }
 #endif
@@ -153,6 +163,31 @@ void stand_clutter(
 }
 #endif
 
+#ifdef GROUND_COVER
+const vec2 CANOPY_FROM = vec2(0.72, 1.0);               // shares of the trees' reach in which it takes over
+const vec2 CROWNS_LIT = vec2(0.30, 0.52);               // light of crowns that shade one another, against and with the sun
+const float GAPS_DARK = 0.7;                            // share of the sun that is missing between them
+const float CROWNS = 1.4, CROWNS_RISE = 0.9;            // area of all crowns over the ground's in a forest; and their sides
+
+// The shadows of trees; and beyond them a forest's own colour. The clutter's small trees give way to both.
+void cover_ground(Spot s, Ground ground, inout Material material, inout vec2 open) {
+    float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
+    float left = far < 1.0 ? cover_light(s.point, 0.3) : 1.0;
+    // What takes the sun away takes some of the sky as well.
+    open *= vec2(left, mix(0.6, 1.0, left));
+    // Crowns cover what is seen between them the sooner the flatter it is looked at.
+    float flat_view = min(inversesqrt(max(1e-4 + dot(s.view, s.zenith) * dot(s.view, s.zenith), 0.01)), 8.0);
+    float crowns = CROWNS * material.growth.trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5)
+        * (1.0 + CROWNS_RISE * (flat_view - 1.0));
+    // Their shadows lie on the far side of each: seen from where the sun stands there are none.
+    float lit = mix(CROWNS_LIT.x, CROWNS_LIT.y, 0.5 + 0.5 * dot(s.view, frame.sun_direction));
+    material.albedo = mix(material.albedo, cover_map.leaves * (lit * (1.0 + 0.35 * ground.grain)),
+        far * (1.0 - exp(-crowns)));
+    open.x *= 1.0 - far * GAPS_DARK * (1.0 - exp(-CROWNS * material.growth.trees)) * exp(-crowns);
+    material.growth.trees *= far;
+}
+#endif
+
 // Radiance that the ground throws back. beam: the sun's irradiance in the air; open: shares of sun and sky that nothing
 // hides; hidden_slope: of relief that the pixel hides.
 vec3 ground_light(Spot s, vec3 albedo, vec3 normal, vec3 beam, WaterLight water, vec2 open, float hidden_slope) {
@@ -208,6 +243,9 @@ vec3 ground_radiance(ivec2 pixel) {
     material.albedo *= mix(vec3(1.0), WETTED, narrow.damp);
 #endif
     vec2 open = light_visibility(s.point);
+#ifdef GROUND_COVER
+    cover_ground(s, ground, material, open);
+#endif
 #ifdef GROUND_CLUTTER
     stand_clutter(s, water.to_sun, ground.above_sea_m, rises, gradient, material, normal, open);
 #endif

@@ -1,0 +1,29 @@
+// A quad around each tree, facing the camera; the fragment shader finds the tree in it.
+#include "common/camera.glsl"
+#include "generated/cover.glsl"
+
+layout(std430, binding = 0) readonly buffer TreeBuffer { CoverTree trees[]; };
+
+out vec3 v_point;        // of the quad, from the camera
+flat out vec4 v_foot;    // from the camera; w: height
+flat out vec4 v_form;    // radius over height, species, turn, tint
+
+void main() {
+    CoverTree tree = trees[gl_InstanceID];
+    vec2 corner = vec2(gl_VertexID == 1 || gl_VertexID == 2 || gl_VertexID == 4 ? 1.0 : -1.0,
+        gl_VertexID == 2 || gl_VertexID == 4 || gl_VertexID == 5 ? 1.0 : -1.0);
+    vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
+    float away = length(middle), half_m = 0.52 * tree.height_m, wide_m = 1.06 * tree.radius_m;
+    float around = length(vec2(half_m, wide_m));
+    vec3 view = middle / max(away, 1e-3), side = cross(view, up);
+    side = dot(side, side) > 1e-6 ? normalize(side) : frame.camera_right;
+    vec3 over = cross(side, view);
+    // Seen from near, what bulges towards the eye reaches beyond its own plane's outline.
+    float grow = away > 1.2 * around ? inversesqrt(1.0 - min(around * around / (away * away), 0.6)) : 4.0;
+    vec2 reach = grow * vec2(wide_m, half_m * abs(dot(over, up)) + wide_m * abs(dot(view, up)));
+    vec3 point = middle + corner.x * reach.x * side + corner.y * reach.y * over;
+    v_point = point;
+    v_foot = vec4(tree.foot_m, tree.height_m);
+    v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);
+    gl_Position = clip_position(point);
+}

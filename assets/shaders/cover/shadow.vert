@@ -1,0 +1,26 @@
+// The same quads, facing the sun, on the map of their shadows.
+#include "generated/cover.glsl"
+
+layout(std430, binding = 0) readonly buffer TreeBuffer { CoverTree trees[]; };
+uniform vec3 u_x, u_y, u_sun;   // across the map, and to the sun: planet axes
+uniform vec3 u_up;              // at the map's middle
+uniform float u_per_m;          // 1 / half the map's side
+
+out vec3 v_point;               // from the map's middle
+flat out vec4 v_foot;
+flat out vec4 v_form;
+
+void main() {
+    CoverTree tree = trees[gl_InstanceID];
+    vec2 corner = vec2(gl_VertexID == 1 || gl_VertexID == 2 || gl_VertexID == 4 ? 1.0 : -1.0,
+        gl_VertexID == 2 || gl_VertexID == 4 || gl_VertexID == 5 ? 1.0 : -1.0);
+    vec3 middle = tree.foot_m + (0.5 * tree.height_m) * u_up;
+    float half_m = 0.52 * tree.height_m, wide_m = 1.06 * tree.radius_m, along = abs(dot(u_sun, u_up));
+    // The map's y axis is the one that the zenith leans along.
+    vec2 reach = vec2(wide_m, half_m * sqrt(1.0 - along * along) + wide_m * along);
+    vec3 point = middle + corner.x * reach.x * u_x + corner.y * reach.y * u_y;
+    v_point = point;
+    v_foot = vec4(tree.foot_m, tree.height_m);
+    v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);
+    gl_Position = vec4(dot(point, u_x) * u_per_m, dot(point, u_y) * u_per_m, 0.5, 1.0);
+}

@@ -1,0 +1,180 @@
+// Where a ray meets a tree: a trunk, and tufts of leaves in a crown. A broadleaf's crown is made of ellipsoids, a
+// conifer's is a cone of whorls. Through either the ray is followed in steps as long as a tuft: what it passes are
+// leaves or gaps between them, by chance.
+//
+// Lengths in the tree's own space, where it is 1 high, its foot is at 0 and z points up.
+#include "common/constants.glsl"
+#include "generated/cover.glsl"
+
+const int TREE_LOBES = 7;
+const int TREE_STEPS = 5;             // into a lobe
+const int CONIFER_STEPS = 9;          // into the cone
+const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
+const float CONIFER_FOOT = 0.07;      // height of the lowest branches
+const float TREE_WHORLS = 11.0;
+const uint TREE_CONIFER = 1u;
+
+struct TreeHit {
+    float t;       // along the ray; below 0: none
+    vec3 normal;
+    float open;    // 0..1: share of the light from around that leaves of the same tree leave
+    float bark;    // 1: the trunk
+};
+
+// What is the same all along a ray.
+struct TreeRay {
+    vec3 from, ray;   // ray: 1 long
+    float radius;     // of the crown
+    float turn;       // 0..1
+    float size;       // of a tuft, but no less than a pixel shows
+    float fine;       // 0: a pixel is wider than tufts
+};
+
+uint tree_mix(uint x) {
+    x = (x ^ (x >> 16)) * 0x7feb352du;
+    x = (x ^ (x >> 15)) * 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+float tree_wave(float x) {
+    return abs(4.0 * fract(x) - 2.0) - 1.0;
+}
+
+// Chance of a cell, three numbers 0..1.
+vec3 tree_chance(ivec3 cell, uint seed) {
+    uint h = tree_mix(uint(cell.x) * 0x9e3779b9u ^ tree_mix(uint(cell.y) * 0x85ebca6bu ^ tree_mix(uint(cell.z) ^ seed)));
+    return vec3(uvec3(h, h >> 10, h >> 20) & 1023u) * (1.0 / 1023.0);
+}
+
+// Whether there is a tuft at a step. dense: 0..1, share of cells that have one; normal: of the tuft.
+bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
+    // On a skew lattice, and far from the middles of its cells: rows of a straight one would show.
+    vec3 at = (place + vec3(0.37, 0.53, 0.29) * place.zxy) / r.size, cell = floor(at);
+    vec3 chance = tree_chance(ivec3(cell), seed);
+    vec3 away = at - cell - 0.5 - 0.7 * (chance.zxy - 0.5);
+    away -= dot(away, r.ray) * r.ray;   // of the ray from the tuft's middle
+    normal = 1.8 * away + 0.5 * (chance - 0.5) - 0.4 * r.ray;
+    return chance.x < dense && dot(away, away) < mix(0.45, 0.24, r.fine) * (0.6 + 0.8 * chance.y);
+}
+
+// Centre and radius of a lobe of a broadleaf's crown; flatness: its height over its width.
+vec4 tree_lobe(int number, float radius, float turn, out float flatness) {
+    float k = float(number), angle = 2.399963 * k + 6.2831853 * turn, up = fract(0.618034 * k + 3.7 * turn);
+    bool inner = number == 0;
+    float aside = inner ? 0.0 : radius * (0.42 + 0.20 * up);
+    float wide = radius * (inner ? 0.74 : 0.40 + 0.22 * fract(5.3 * turn + 0.381966 * k));
+    flatness = inner ? 0.31 / max(wide, 0.05) : 0.80;
+    return vec4(aside * cos(angle), aside * sin(angle), inner ? 0.66 : 0.40 + 0.40 * up, wide);
+}
+
+// How much of the light from around reaches a place in the crown. outer: 0 in its middle, 1 at its rim; up: -1..1.
+float tree_open(float outer, float up, float chance) {
+    return clamp(0.16 + 0.62 * outer * outer + 0.20 * up - 0.12 * chance, 0.08, 1.0);
+}
+
+void tree_broadleaf(inout TreeHit found, TreeRay r, uint seed) {
+    vec3 middle = vec3(0.0, 0.0, 0.62);
+    for (int k = 0; k < TREE_LOBES; ++k) {
+        float flatness;
+        vec4 lobe = tree_lobe(k, r.radius, r.turn, flatness);
+        vec3 squash = vec3(1.0, 1.0, 1.0 / flatness), o = (r.from - lobe.xyz) * squash, d = r.ray * squash;
+        float dd = dot(d, d), b = dot(o, d), root = b * b - dd * (dot(o, o) - lobe.w * lobe.w);
+        if (root <= 0.0) continue;
+        float half_chord = sqrt(root) / dd, begin = max(-b / dd - half_chord, 0.0), end = -b / dd + half_chord;
+        float limit = found.t > 0.0 ? min(end, found.t) : end;
+        float t = begin + 0.3 * r.size;
+        for (int i = 0; i < TREE_STEPS && t < limit; ++i) {
+            vec3 place = r.from + t * r.ray, level = (o + t * d) / lobe.w, tuft;
+            float inside = 1.0 - dot(level, level);   // 0 at the lobe's rim
+            // Sparse at the rim, closed within.
+            if (tree_tuft(r, place, clamp(0.16 + 1.5 * inside, 0.0, 0.9), seed, tuft)) {
+                vec3 away = place - middle, share = away / vec3(r.radius, r.radius, 0.36);
+                float outer = length(share);
+                vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
+                found = TreeHit(t, normalize(crown + (0.55 * r.fine) * tuft),
+                    tree_open(outer, clamp(share.z, -1.0, 1.0), dot(tuft, tuft)), 0.0);
+                break;
+            }
+            t += r.size;
+        }
+    }
+}
+
+void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
+    // A cone with its tip at z = 1: |xy| = slope (1 - z).
+    float slope = r.radius / (1.0 - CONIFER_FOOT);
+    vec3 o = r.from - vec3(0.0, 0.0, 1.0);
+    float a = dot(r.ray.xy, r.ray.xy) - slope * slope * r.ray.z * r.ray.z;
+    float b = dot(o.xy, r.ray.xy) - slope * slope * o.z * r.ray.z, c = dot(o.xy, o.xy) - slope * slope * o.z * o.z;
+    float root = b * b - a * c;
+    if (root <= 0.0) return;
+    root = sqrt(root);
+    float one = (-b - root) / a, two = (-b + root) / a, begin = max(min(one, two), 0.0), end = max(one, two);
+    // Not the cone's mirror image above its tip, nor below its foot.
+    float low = (CONIFER_FOOT - r.from.z) / r.ray.z, high = (1.0 - r.from.z) / r.ray.z;
+    if (abs(r.ray.z) > 1e-4) {
+        if (a < 0.0) {   // steeper than the cone: in from one side, on to the foot
+            bool inside = c < 0.0 && o.z < 0.0;
+            float in_t = one > 0.0 && o.z + one * r.ray.z < 0.0 ? one : two > 0.0 && o.z + two * r.ray.z < 0.0 ? two : 1e9;
+            begin = inside ? 0.0 : in_t;
+            end = 1e9;
+        }
+        begin = max(begin, min(low, high));
+        end = min(end, max(low, high));
+    }
+    end = found.t > 0.0 ? min(end, found.t) : end;
+    float t = begin + 0.3 * r.size;
+    for (int i = 0; i < CONIFER_STEPS && t < end; ++i) {
+        vec3 place = r.from + t * r.ray, tuft;
+        float wide = slope * (1.0 - place.z), aside = length(place.xy);
+        // Whorls: branches that hang, with gaps between their tips.
+        float around = atan(place.y, place.x) * 0.9549297 + 5.0 * r.turn;   // six to a turn
+        float whorl = fract(TREE_WHORLS * place.z + 0.55 * aside / max(wide, 0.01) + 0.25 * sin(2.0943951 * around)
+            + r.turn);
+        float reach = wide * (1.0 - 0.42 * whorl - 0.10 * abs(fract(around) - 0.5));
+        float inside = 1.0 - aside / max(reach, 1e-3);
+        if (inside > 0.0 && tree_tuft(r, place, clamp(0.45 + 2.5 * inside, 0.0, 0.95), seed, tuft)) {
+            vec3 crown = normalize(vec3(place.xy / max(wide, 0.01), 0.35 + 0.5 * (1.0 - whorl)));
+            found = TreeHit(t, normalize(crown + (0.45 * r.fine) * tuft),
+                tree_open(clamp(aside / max(wide, 0.01), 0.0, 1.0), 0.7 - 1.6 * whorl, dot(tuft, tuft)), 0.0);
+            break;
+        }
+        t += r.size;
+    }
+}
+
+// The trunk: a cone that ends in the crown.
+void tree_trunk(inout TreeHit found, TreeRay r, float height) {
+    float slope = TREE_TRUNK / height, wide = TREE_TRUNK - slope * r.from.z;   // at the height of `from`
+    float a = dot(r.ray.xy, r.ray.xy) - slope * slope * r.ray.z * r.ray.z;
+    float b = dot(r.from.xy, r.ray.xy) + slope * wide * r.ray.z, root = b * b - a * (dot(r.from.xy, r.from.xy)
+        - wide * wide);
+    if (root < 0.0 || a <= 0.0) return;
+    float t = (-b - sqrt(root)) / a, z = r.from.z + t * r.ray.z;
+    if (t <= 0.0 || z < -0.05 || z > height) return;
+    vec3 out_xy = normalize(vec3((r.from + t * r.ray).xy, 0.0));
+    // Furrows along it, rings of shade.
+    float furrow = tree_wave(4.0 * atan(out_xy.y, out_xy.x) + 3.0 * z);
+    found = TreeHit(t, out_xy, mix(0.7, 0.25, z / height) * (1.0 + 0.25 * furrow * r.fine), 1.0);
+}
+
+// from, ray: in the tree's space, ray 1 long. radius: of the crown. pixel: what a pixel spans there. leaf: size of a
+// tuft of leaves.
+TreeHit tree_hit(uint species, vec3 from, vec3 ray, float radius, float turn, float pixel, float leaf) {
+    TreeHit found = TreeHit(-1.0, vec3(0.0), 1.0, 0.0);
+    bool conifer = species == TREE_CONIFER;
+    TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0));
+    tree_trunk(found, r, conifer ? 1.0 : 0.8);
+    uint seed = floatBitsToUint(turn + 1.0);
+    if (conifer) tree_conifer(found, r, seed);
+    else tree_broadleaf(found, r, seed);
+    return found;
+}
+
+// The tree's axes in planet axes: columns. Any two level ones do, turned.
+mat3 tree_axes(vec3 up, float turn) {
+    vec3 helper = abs(up.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+    vec3 x = normalize(cross(helper, up)), y = cross(up, x);
+    float angle = 6.2831853 * turn, c = cos(angle), s = sin(angle);
+    return mat3(c * x + s * y, c * y - s * x, up);
+}

@@ -1,0 +1,36 @@
+"""Cover: trees on the ground, where the climate lets them grow."""
+
+# ruff: noqa: RUF009 - knob() is dataclasses.field() with metadata
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ._knob import Vec3, knob
+
+__all__ = ["Cover"]
+
+
+@dataclass
+class Cover:
+    """Trees that stand on the ground as solids, near the camera; farther away the ground's own colours go on.
+
+    They grow where Terrain has forest: broadleaf trees where it is warm, conifers towards the tree line. Albedos are
+    colours of a leaf, linear sRGB as they show in sunlight; a crown is darker, because leaves shade one another.
+    """
+
+    density: float = knob(
+        1.0, 0.0, 1.5, "", "Share of the places that may have a tree in a forest; 0: none", cost="trees to draw"
+    )
+    spacing_m: float = knob(
+        7.0, 2.0, 100.0, "m", "Mean distance of the places that may have one", cost="trees, with its square", log=True
+    )
+    height_m: float = knob(15.0, 0.5, 100.0, "m", "Of a grown broadleaf tree; conifers grow a third higher", log=True)
+    steepest_deg: float = knob(38.0, 0.0, 89.0, "deg", "Slope above which none stands")
+    broadleaf_albedo: Vec3 = knob(
+        (0.052, 0.090, 0.025), 0.0, 1.0, "", "Colour of the leaves of broadleaf trees", group="colours", widget="color"
+    )
+    conifer_albedo: Vec3 = knob(
+        (0.031, 0.057, 0.024), 0.0, 1.0, "", "The same of conifers' needles", group="colours", widget="color"
+    )
+    bark_albedo: Vec3 = knob((0.10, 0.075, 0.055), 0.0, 1.0, "", "Colour of trunks", group="colours", widget="color")

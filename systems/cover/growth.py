@@ -1,0 +1,87 @@
+"""How well trees grow at a place: the float64 twin of what terrain/ground_at.glsl and material.glsl say of forests.
+
+Without their noise, which follows the pixel: a tree stands where it stands, however far away the eye is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...components import Terrain
+
+__all__ = ["Climate", "Growing", "GrowingGround"]
+
+Floats = NDArray[np.float64]
+
+_MEAN_MOISTURE = 0.41  # as systems/terrain/material.py takes it off
+_LEAST_CLIMATE_M = 1.0
+
+
+class GrowingGround(Protocol):
+    """What is asked of the ground: heights, and what only it knows of water. Directions are unit vectors (N, 3)."""
+
+    @property
+    def radius_m(self) -> float: ...
+    def height(self, directions: Floats) -> Floats: ...
+    def moisture(self, directions: Floats) -> Floats: ...
+    def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]: ...
+
+
+def ramp(a: float, b: float, x: Floats) -> Floats:
+    """0 at a, 1 at b, straight between; b may be the lower one."""
+    return np.clip((x - a) / (b - a), 0.0, 1.0)
+
+
+def _bell(x: Floats, centre: float, inverse_width: float) -> Floats:
+    t = np.maximum(1.0 - ((x - centre) * inverse_width) ** 2, 0.0)
+    return t * t
+
+
+@dataclass(frozen=True)
+class Climate:
+    """Of places (N,): 0 at the snow line and 1 at the equator's sea; 0.3 a desert and 0.7 a forest."""
+
+    warmth: Floats
+    humidity: Floats
+
+
+@dataclass(frozen=True)
+class Growing:
+    """What of the component Terrain decides where trees grow."""
+
+    plants: float
+    humidity: float
+    snow_line_m: float
+    snow_line_rise_m: float
+    lowest_m: float
+    """above the sea and its beach"""
+
+    @classmethod
+    def of(cls, terrain: Terrain, sea_level_m: float | None) -> Growing:
+        """sea_level_m: None where there is no sea."""
+        return cls(
+            terrain.plants,
+            terrain.humidity - _MEAN_MOISTURE,
+            terrain.snow_line_m,
+            terrain.snow_line_pole_m - terrain.snow_line_m,
+            -np.inf if sea_level_m is None else sea_level_m + terrain.beach_height_m,
+        )
+
+    def climate(self, ground: GrowingGround, directions: Floats, height_m: Floats) -> Climate:
+        """As ground_climate() has it, without chance."""
+        sine2 = directions[:, 2] ** 2
+        sine = np.sqrt(sine2)
+        line = self.snow_line_m + self.snow_line_rise_m * sine2 * (0.4 + 0.6 * sine)
+        warmth = (line - height_m) / max(-self.snow_line_rise_m, _LEAST_CLIMATE_M)
+        humidity = self.humidity + 0.9 * ground.moisture(directions)
+        humidity += 0.30 * _bell(sine, 0.0, 3.6) - 0.34 * _bell(sine, 0.42, 3.2) + 0.16 * _bell(sine, 0.85, 2.2)
+        return Climate(warmth, humidity)
+
+    def woods(self, climate: Climate) -> Floats:
+        """0 none .. 1 a forest: growth.trees of terrain/material.glsl."""
+        growing = ramp(0.25, 0.55, climate.humidity) * self.plants
+        return growing * ramp(0.50, 0.72, climate.humidity) * ramp(0.15, 0.28, climate.warmth)

@@ -1,0 +1,111 @@
+"""The map of the trees' shadows: how far towards the sun their highest leaves lie, seen from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...engine.blocks.bindings import COVER_BLOCK
+from ...engine.blocks.layout import Vec3
+from ...engine.gpu import GpuScope
+from .records import TREE_DTYPE, tree_records
+from .stand import Plants
+
+__all__ = ["REACH_M", "CoverMapBlock", "ShadowMap"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class CoverMapBlock:
+    """Where the map lies, and which way it faces. GLSL: ``generated/cover_map.glsl``, instance ``cover_map``."""
+
+    x: Annotated[Vec3, "across it, planet axes"]
+    y: Vec3
+    middle_m: Annotated[Vec3, "from the camera"]
+    per_m: Annotated[float, "1 / half its side"]
+    per_depth_m: Annotated[float, "1 / metres of leaves that are dark"]
+    leaves: Annotated[Vec3, "mean albedo of the trees' leaves"]
+
+
+REACH_M = 600.0
+"""Shadows farther from the camera are left to the colour of forests."""
+_STEP = 0.08
+"""Share of its reach that the camera may move before the map follows."""
+_NONE_M = -1e9
+
+
+class ShadowMap:
+    """One view's. What it holds follows from the trees, the sun and its middle; it is drawn when one changes."""
+
+    def __init__(self, gpu: GpuScope, texels: int) -> None:
+        self._gpu, self.texels = gpu, texels
+        self.heights = gpu.texture((texels, texels), "r32f")
+        self._depth = gpu.texture((texels, texels), "depth32f")
+        self._framebuffer = gpu.framebuffer([self.heights], self._depth)
+        self._state = gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._program = gpu.program(vertex="cover/shadow.vert", fragment="cover/shadow.frag")
+        self._quad = gpu.vertex_array(self._program)
+        self._buffer = gpu.buffer(reserve=64 * TREE_DTYPE.itemsize, dynamic=True)
+        self.block = gpu.uniform_block(CoverMapBlock, COVER_BLOCK)
+        self._key: object = None
+        self.middle_m: Floats = np.zeros(3)
+        self.axes: Floats = np.eye(3)
+        """Rows: across the map, and to the sun"""
+        self.half_m = 1.0
+
+    @property
+    def texel_m(self) -> float:
+        return 2.0 * self.half_m / self.texels
+
+    def place(self, camera_m: Floats, leaves: Floats, on: bool) -> None:
+        """Say where it lies for a camera. leaves: albedo (3,); on: whether it is to darken anything."""
+        self.block.write(
+            CoverMapBlock(
+                x=self.axes[0],
+                y=self.axes[1],
+                middle_m=self.middle_m - camera_m,
+                per_m=1.0 / self.half_m if on else 1e9,
+                per_depth_m=0.5 / self.texel_m,
+                leaves=leaves,
+            )
+        )
+
+    def draw(self, plants: Plants, revision: int, camera_m: Floats, sun: Floats, reach_m: float) -> bool:
+        """Bring the map up to date; whether it had to be drawn. camera_m: planet-centred; sun: unit, to it."""
+        half = min(reach_m, REACH_M)
+        moved = np.linalg.norm(camera_m - self.middle_m) > _STEP * half
+        key = (revision, tuple(np.round(sun, 5)), half)
+        if key == self._key and not moved:
+            return False
+        self._key, self.half_m, self.middle_m = key, half, camera_m.copy()
+        up = camera_m / np.linalg.norm(camera_m)
+        x = np.cross(up, sun)
+        if float(x @ x) < 1e-8:
+            x = np.cross(np.eye(3)[int(np.argmin(np.abs(up)))], sun)
+        x /= np.linalg.norm(x)
+        self.axes = np.stack([x, np.cross(sun, x), sun])
+        offset = plants.positions_m - camera_m
+        size = plants.heights_m + plants.radii_m
+        near = (np.abs(offset @ self.axes[0]) < half + size) & (np.abs(offset @ self.axes[1]) < half + size)
+        rows = tree_records(plants.only(near), camera_m)
+        if rows.nbytes > self._buffer.size:
+            self._gpu.free(self._buffer)
+            self._buffer = self._gpu.buffer(reserve=2 * rows.nbytes, dynamic=True)
+        if rows.nbytes:
+            self._buffer.write(rows.tobytes())
+        self._framebuffer.use()
+        self._state.apply()
+        self._framebuffer.clear(_NONE_M, 0.0, 0.0, 0.0, depth=0.0)
+        if len(rows):
+            self._buffer.bind_to_storage_buffer(0)
+            for name, value in (("u_x", self.axes[0]), ("u_y", self.axes[1]), ("u_sun", sun), ("u_up", up)):
+                self._program.set(name, tuple(value))
+            self._program.set("u_per_m", 1.0 / half)
+            self._program.set("u_texel_m", self.texel_m)
+            self._program.set("u_deep_m", 8.0 * half)
+            self._quad.render(vertices=6, instances=len(rows))
+        return True

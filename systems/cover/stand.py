@@ -1,0 +1,177 @@
+"""Which trees stand in a plot: a function of the plot's integers, of the ground and of the component alone.
+
+A plot is a cell of the lattice on the cube (engine/surface/lattice.py) of some 100 m. Its places form a square grid of
+Cover.spacing_m, each moved at random within its square; whether a place has a tree is drawn against how well trees grow
+there, in groups and with clearings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...components import Cover
+from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
+from .chance import draws, patches
+from .growth import Growing, GrowingGround, ramp
+
+__all__ = ["NOTHING", "Plants", "Plot", "Species", "plants_in", "plot_level"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+PLOT_M = 100.0
+"""About how long the side of a plot is."""
+_COARSE = 4
+"""Squares a side on which climate and slope are asked: both change little over 25 m."""
+_SUNK_M = 0.1
+"""How deep a trunk begins below the ground, so that no slope shows its end."""
+_BANK_M = 0.4
+"""Height above a river or a lake below which nothing stands."""
+_GROUP_M = (180.0, 45.0)
+"""Sizes of woods and clearings, and of groups in them."""
+_SEEDS = (11, 12)
+
+
+class Species(IntEnum):
+    """Kinds of trees: values of `Plants.species`, and of a tree's record on the GPU."""
+
+    BROADLEAF = 0
+    CONIFER = 1
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A cell of the lattice, as engine/surface/lattice.py names it."""
+
+    face: int
+    level: int
+    i: int
+    j: int
+
+
+@dataclass(frozen=True)
+class Plants:
+    """N trees. Planet axes, metres."""
+
+    positions_m: Floats
+    """(N, 3) where they stand, from the planet's centre"""
+    heights_m: Floats
+    """(N,)"""
+    radii_m: Floats
+    """(N,) of the crown"""
+    species: Ints
+    """(N,) values of Species"""
+    names: Ints
+    """(N, 5) face, level, i, j of the plot, and the number in it: the same tree has the same name always"""
+    chance: Floats
+    """(N, 3) of [0, 1): how it is turned, its tint, and how near it has to be to be drawn"""
+
+    def __len__(self) -> int:
+        return len(self.heights_m)
+
+    @classmethod
+    def of(cls, parts: list[Plants]) -> Plants:
+        """All of them in one."""
+        return cls(*(np.concatenate([getattr(p, f) for p in (*parts, NOTHING)]) for f in cls.__dataclass_fields__))
+
+    def only(self, which: NDArray[np.bool_] | Ints) -> Plants:
+        """Those of a mask or of indices."""
+        return Plants(*(getattr(self, f)[which] for f in self.__dataclass_fields__))
+
+
+NOTHING = Plants(
+    np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0, np.int64), np.zeros((0, 5), np.int64), np.zeros((0, 3))
+)
+
+
+def plot_level(radius_m: float) -> int:
+    """The level of the lattice whose cells are nearest to PLOT_M."""
+    return int(np.clip(round(np.log2(cell_edge_m(0, radius_m) / PLOT_M)), 0, FULL_BITS - 8))
+
+
+def plants_in(plots: Sequence[Plot], ground: GrowingGround, growing: Growing, cover: Cover, seed: int) -> list[Plants]:
+    """The trees of each plot, all of one level. seed: of the planet's ground. Many at once take a tenth of the time."""
+    if not plots or cover.density <= 0.0:
+        return [NOTHING] * len(plots)
+    cells = np.array([(p.face, p.i, p.j) for p in plots], dtype=np.int64)
+    level, edge = plots[0].level, float(cell_edge_m(plots[0].level, ground.radius_m))
+    coarse = _Coarse.of(cells, level, ground, growing)
+    woody = np.flatnonzero(coarse.woods.any(axis=(1, 2)))
+    count = max(int(round(edge / cover.spacing_m)), 1)
+    a, b = (c.ravel() for c in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
+    which, face, i, j = (np.repeat(c, len(a)) for c in (woody, *cells[woody].T))
+    number, a, b = (np.tile(c, len(woody)) for c in (np.arange(len(a)), a, b))
+    chance = draws(seed, face, i * count + a, j * count + b, 7)
+    u, v = (a + 0.1 + 0.8 * chance[0]) / count, (b + 0.1 + 0.8 * chance[1]) / count
+    woods, slope = coarse.at(coarse.woods, which, u, v), coarse.at(coarse.slope, which, u, v)
+    steepest = np.tan(np.deg2rad(cover.steepest_deg))
+    share = woods * cover.density * ramp(steepest, 0.7 * steepest, slope) * _groups(face, i + u, j + v, edge, woods)
+    on = np.flatnonzero(chance[2] < share)
+    which, face, i, j, number, u, v, woods = (c[on] for c in (which, face, i, j, number, u, v, woods))
+    chance = chance[:, on]
+    scale = 2.0 ** (FULL_BITS - level)
+    direction = direction_of(face, (i + u) * scale, (j + v) * scale).reshape(-1, 3)
+    height = ground.height(direction)
+    warmth = coarse.at(coarse.warmth, which, u, v)
+    species = np.where(chance[3] < ramp(0.62, 0.34, warmth), Species.CONIFER, Species.BROADLEAF).astype(np.int64)
+    tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
+    place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
+    names = np.stack([face, np.full_like(face, level), i, j, number], axis=1)
+    found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
+    dry = (height > growing.lowest_m) & ~ground.is_wet(direction, height - _BANK_M)
+    return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]
+
+
+def _groups(face: Ints, x: Floats, y: Floats, edge_m: float, woods: Floats) -> Floats:
+    """Share of the places (x, y), in plots, that have a tree for those that could: whole in deep forest, else in
+    groups."""
+    wide, narrow = (
+        patches(seed, face, x * edge_m / size, y * edge_m / size) for seed, size in zip(_SEEDS, _GROUP_M, strict=True)
+    )
+    return ramp(0.2, 0.78, 0.65 * wide + 0.35 * narrow + 0.28 * woods)
+
+
+def _size(species: Ints, chance: Floats, warmth: Floats, woods: Floats, height_m: float) -> tuple[Floats, Floats]:
+    """Heights and radii of crowns: few are grown, none is at the tree line; in the open they grow wider."""
+    conifer = species == Species.CONIFER
+    grown = (0.45 + 0.65 * np.sqrt(chance)) * np.sqrt(ramp(0.10, 0.34, warmth))
+    tall = height_m * np.where(conifer, 1.3, 1.0) * np.maximum(grown, 0.12)
+    return tall, tall * np.where(conifer, 0.19, 0.42 - 0.12 * woods) * (0.85 + 0.3 * np.modf(chance * 7.0)[0])
+
+
+@dataclass(frozen=True)
+class _Coarse:
+    """Climate and slope at the corners of the plots' squares: (plots, _COARSE + 1, _COARSE + 1)."""
+
+    warmth: Floats
+    woods: Floats
+    slope: Floats
+
+    @classmethod
+    def of(cls, cells: Ints, level: int, ground: GrowingGround, growing: Growing) -> _Coarse:
+        """cells: rows (face, i, j)."""
+        step = np.arange(_COARSE + 1) / _COARSE
+        scale = 2.0 ** (FULL_BITS - level)
+        face, i, j = (c[:, None, None] for c in cells.T)
+        direction = direction_of(face, (i + step[:, None]) * scale, (j + step) * scale)
+        shape, direction = direction.shape[:3], direction.reshape(-1, 3)
+        height = ground.height(direction)
+        side = float(cell_edge_m(level, ground.radius_m)) / _COARSE
+        rise = np.gradient(height.reshape(shape), side, axis=(1, 2))
+        climate = growing.climate(ground, direction, height)
+        return cls(climate.warmth.reshape(shape), growing.woods(climate).reshape(shape), np.hypot(*rise))
+
+    @staticmethod
+    def at(values: Floats, plot: Ints, u: Floats, v: Floats) -> Floats:
+        """Between the corners of plots; u, v: 0..1 along them."""
+        x, y = u * _COARSE, v * _COARSE
+        i, j = np.minimum(x.astype(np.int64), _COARSE - 1), np.minimum(y.astype(np.int64), _COARSE - 1)
+        s, t = x - i, y - j
+        low = values[plot, i, j] + t * (values[plot, i, j + 1] - values[plot, i, j])
+        high = values[plot, i + 1, j] + t * (values[plot, i + 1, j + 1] - values[plot, i + 1, j])
+        return low + s * (high - low)

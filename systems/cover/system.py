@@ -1,0 +1,253 @@
+"""CoverSystem: trees on the ground near the camera, their light and their shadows.
+
+Each tree is a quad that faces the camera, in which a fragment shader follows the pixel's ray to the tree's lobes: two
+triangles a tree, whatever it looks like. What stands where is made on the CPU (stand.py), a few plots a frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
+
+import moderngl
+import numpy as np
+
+from ...components import Cover, Ocean, Planet, Terrain
+from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER
+from ...engine.display import reflectance
+from ...engine.frame import Frame, View, ViewInfo, ViewParts
+from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
+from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
+from ...engine.frame.published import HEIGHT_FIELD
+from ...engine.gpu import GpuScope
+from ...engine.graph import BufferSpec, GraphBuilder, PassIO
+from ...engine.settings import revision
+from ...engine.space.camera import CameraStamp
+from ...engine.system import Setup, System
+from ...engine.wavelengths import wavelengths_of
+from .growth import Growing
+from .near import Near
+from .records import TREE_DTYPE, seen
+from .shadow_map import CoverMapBlock, ShadowMap
+
+__all__ = ["CoverSystem"]
+
+_PLACE, _MAP = "cover.place", "cover.map"
+_BUDGET_MS = 4.0
+"""A frame's time for making plots, while somebody looks."""
+_BROADLEAVES = 0.7
+"""Their share in the colour of distant forests."""
+
+
+class _SeenKey(NamedTuple):
+    revision: int
+    camera: CameraStamp
+    reach_m: float
+
+
+class _CoverView(ViewParts):
+    """What one view has of it."""
+
+    def __init__(self, of: GpuScope, shadow_texels: int) -> None:
+        super().__init__(of)
+        self.near = Near()
+        self.key: _SeenKey | None = None
+        self.count = 0
+        self.buffer: Any = self.gpu.buffer(reserve=256 * TREE_DTYPE.itemsize, dynamic=True)
+        self.shadows = ShadowMap(self.gpu, shadow_texels)
+        self.frame: Frame | None = None
+
+    def write(self, rows: Any) -> None:
+        if rows.nbytes > self.buffer.size:
+            self.gpu.free(self.buffer)
+            self.buffer = self.gpu.buffer(reserve=2 * rows.nbytes, dynamic=True)
+        if rows.nbytes:
+            self.buffer.write(rows.tobytes())
+        self.count = len(rows)
+
+
+class CoverSystem(System):
+    """Needs a planet with Terrain and Cover."""
+
+    name: ClassVar[str] = "cover"
+    needs: ClassVar[tuple[type, ...]] = (Planet, Terrain, Cover)
+
+    def setup(self, setup: Setup) -> None:
+        self._gpu, self._world, self._planet = setup.gpu, setup.world, setup.planet
+        self._settings, self._nm, self._views = setup.settings, wavelengths_of(setup.settings), setup.views
+        format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
+        self._trees = self._gpu.program(vertex="cover/gbuffer.vert", fragment="cover/gbuffer.frag")
+        self._quad = self._gpu.vertex_array(self._trees)
+        self._list = self._gpu.compute("cover/list_tiles.comp")
+        # Its text, for shaders; each view has a block of its own.
+        self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
+        self._gpu.shaders.provide("cover_light", "cover/light.glsl", owner=self.name)
+        provide_contracts(self._world, self.name, self)
+        self._shade = self._gpu.compute("cover/shade.comp", defines={"RADIANCE_FORMAT": format})
+        self._draw_state = self._gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._colours, self._leaves = -1, np.zeros(3)
+
+    def release(self) -> None:
+        self._gpu.shaders.withdraw(self.name)
+        withdraw_contracts(self._world, self.name)
+
+    # -- contracts ---------------------------------------------------------------------------------------------------
+
+    def contract_reads(self) -> tuple[str, ...]:
+        """See engine.contracts.ContractSource."""
+        return (_PLACE, _MAP)
+
+    def bind_contract(self, io: PassIO) -> Callable[[], None]:
+        """See engine.contracts.ContractSource."""
+        heights, place = io.imported(_MAP), io.imported(_PLACE)
+
+        def run() -> None:
+            heights.value.use(COVER_UNIT)
+            place.value.bind_to_uniform_block(COVER_BLOCK)
+
+        return run
+
+    def _view(self, view: View) -> _CoverView:
+        return view.state(self, lambda: _CoverView(self._gpu, int(self._settings["cover.shadow_texels"])))
+
+    # -- a frame -----------------------------------------------------------------------------------------------------
+
+    def update(self, frame: Frame) -> None:
+        view, cover = self._view(frame.view), frame.world.get(frame.planet, Cover)
+        view.frame = frame
+        self._use_colours(cover)
+        ground: Any = frame.world.try_resource(HEIGHT_FIELD)
+        terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
+        reach = float(self._settings["cover.reach_m"])
+        height = float(np.linalg.norm(frame.camera.position_m))
+        direction = frame.camera.position_m / height
+        if ground is None or cover.density <= 0.0 or not self._near_ground(ground, height, direction, reach, cover):
+            view.near.clear()
+        else:
+            sea = None if ocean is None else ocean.sea_level_m
+            key = (id(ground), revision(frame.world.get(frame.planet, Cover)), revision(terrain), sea)
+            budget = None if frame.settling or frame.one_shot else _BUDGET_MS
+            growing = Growing.of(terrain, sea)
+            view.near.refresh(key, direction, reach, ground, growing, cover, terrain.seed, budget)
+        if not len(view.near.plants):
+            view.shadows.place(frame.camera.position_m, self._leaves, False)
+        found = _SeenKey(view.near.revision, frame.camera.stamp, reach)
+        if found != view.key:
+            view.key = found
+            view.write(seen(view.near.plants, frame.camera, reach))
+
+    @staticmethod
+    def _near_ground(ground: Any, height_m: float, direction: Any, reach_m: float, cover: Cover) -> bool:
+        if height_m - ground.radius_m > ground.highest_m + reach_m:
+            return False
+        above = height_m - ground.radius_m - float(ground.height(direction[None])[0])
+        return above < reach_m + 2.0 * cover.height_m
+
+    def _use_colours(self, cover: Cover) -> None:
+        if self._colours == revision(cover):
+            return
+        self._colours = revision(cover)
+        colours = (cover.broadleaf_albedo, cover.conifer_albedo, cover.bark_albedo)
+        albedos = reflectance(np.array(colours), self._nm)
+        self._trees.set("u_albedos", albedos.astype(np.float32))
+        self._leaves = _BROADLEAVES * albedos[0] + (1.0 - _BROADLEAVES) * albedos[1]
+
+    def settled(self, view: View) -> bool:
+        return self._view(view).near.complete
+
+    def refining(self, view: View) -> str:
+        return "" if self.settled(view) else "trees"
+
+    # -- passes ------------------------------------------------------------------------------------------------------
+
+    def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
+        own, tiles = self._view(view.view), tiles_of(view.size)
+        builder.import_(
+            _PLACE, "buffer", help="where the map of the trees' shadows lies", lent=own.shadows.block.buffer
+        )
+        builder.import_(_MAP, "texture", help="m, towards the sun of their highest leaf", lent=own.shadows.heights)
+
+        def any_near() -> bool:
+            return len(own.near.plants) > 0
+
+        builder.add_pass(
+            "cover.gbuffer",
+            system=self.name,
+            bind=lambda io: self._bind_gbuffer(io, own),
+            writes=("gbuffer.depth", *GBUFFER),
+            stage="objects",
+            only_while=any_near,
+            help="trees in the picture, a quad each; and the map of their shadows when it has changed",
+        )
+        builder.add_pass(
+            "cover.tiles",
+            system=self.name,
+            kind="compute",
+            bind=lambda io: self._bind_tiles(io, tiles),
+            reads=("gbuffer.tile_flags",),
+            creates=(BufferSpec("cover.tile_list", 16 + 4 * tiles[0] * tiles[1], help="dispatch and tiles"),),
+            only_while=any_near,
+            help="tiles with trees or near ground",
+        )
+        builder.add_pass(
+            "cover.shade",
+            system=self.name,
+            kind="compute",
+            bind=self._bind_shade,
+            reads=("gbuffer.depth", *GBUFFER, "cover.tile_list", *contract_reads(self._world)),
+            writes=("scene.radiance",),
+            stage="objects",
+            only_while=any_near,
+            help="light of trees; their shadows on ground, water and one another",
+        )
+
+    def _bind_gbuffer(self, io: PassIO, view: _CoverView) -> Callable[[], None]:
+        target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
+
+        def run() -> None:
+            frame = view.frame
+            if frame is None:
+                return
+            near, camera, on = view.near, frame.camera, bool(self._settings["cover.shadows"])
+            if on:
+                reach = float(self._settings["cover.reach_m"])
+                view.shadows.draw(near.plants, near.revision, camera.position_m, frame.sun.direction, reach)
+            view.shadows.place(camera.position_m, self._leaves, on)
+            if not view.count:
+                return
+            target.use()
+            self._draw_state.apply()
+            view.buffer.bind_to_storage_buffer(0)
+            self._quad.render(moderngl.TRIANGLES, vertices=6, instances=view.count)
+
+        return run
+
+    def _bind_tiles(self, io: PassIO, tiles: tuple[int, int]) -> Callable[[], None]:
+        flags, listed = io.buffer("gbuffer.tile_flags"), io.buffer("cover.tile_list")
+
+        def run() -> None:
+            flags.bind_to_storage_buffer(FLAG_BUFFER)
+            listed.bind_to_storage_buffer(1)
+            self._list.set("u_tiles", tiles)
+            self._list.run(1, 1, 1)
+
+        return run
+
+    def _bind_shade(self, io: PassIO) -> Callable[[], None]:
+        radiance, tiles = io.texture("scene.radiance"), io.buffer("cover.tile_list")
+        textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items()]
+        bind_air = bind_contracts(self._world, io)
+
+        def run() -> None:
+            bind_air()
+            radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
+            tiles.bind_to_storage_buffer(TILE_BUFFER)
+            for unit, texture in textures:
+                texture.use(unit)
+            self._shade.run_indirect(tiles)
+
+        return run
+
+    def statistics(self) -> dict[str, int]:
+        view: _CoverView | None = self._views[0].found(self)
+        return {} if view is None else {"trees": view.count}
