@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from ...engine.space import ray_sphere_from
 from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
-from .height_octaves import STEEPEST_BANK, carved
+from .height_octaves import carved
 from .height_surface import limit, side_rough
-from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at
+from .ray_ground import Detail, Kind, detail_of, ground_at, kinds, layers_at
+from .ray_valleys import Cut, valley_rise
 
 __all__ = ["raycast"]
 
@@ -78,9 +79,9 @@ class _Places:
 
     columns = ("ray", "t", "above", "base", "z", "furrows", "craters", "clearance", "kind", "feet", "cut")
 
-    def __init__(self) -> None:
+    def __init__(self, kinds: int) -> None:
         self.ray = np.zeros(0, np.int64)
-        self.feet, self.kind, self.cut = np.zeros((3, 0)), np.zeros((len(Kind), 0)), np.zeros((3, 0))
+        self.feet, self.kind, self.cut = np.zeros((3, 0)), np.zeros((kinds, 0)), np.zeros((3, 0))
         for name in self.columns[1:-3]:
             setattr(self, name, np.zeros(0))
 
@@ -115,7 +116,7 @@ class _Search:
         self.origins, self.directions, self.near, self.end = origins, directions, near, end
         self.stretch = field.radius_m / (field.radius_m + min(field.lowest_m, 0.0))
         self.smooth_m = _SMOOTH * float(self.model.wavelength_m[-1])
-        self.places = _Places()
+        self.places = _Places(kinds(self.model))
         self.a, self.b = np.zeros(0, np.int64), np.zeros(0, np.int64)
         self.paths = CraterPaths.none()
         self.below = np.full(len(near), np.inf)
@@ -159,7 +160,7 @@ class _Search:
 
     def _seen(self, ray: Ints, t: Floats, detail: Detail) -> _Places:
         """Places with their ground, but for craters."""
-        found = _Places()
+        found = _Places(kinds(self.model))
         p = (self.origins[ray] + t[:, None] * self.directions[ray]).T
         away = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-9)
         found.ray, found.t, found.above = ray, t, away - self.field.radius_m
@@ -225,13 +226,14 @@ class _Search:
         before = places.t[a] < np.minimum(self.doubtful, self.below)[places.ray[a]]
         length = places.t[b] - places.t[a]
         reach = length * self.stretch
-        rise = detail.rise(reach, np.maximum(kind[:, a], kind[:, b]))
+        own = kind[: len(Kind)]
+        rise = detail.rise(reach, np.maximum(own[:, a], own[:, b]))
         if self.craters is not None:
             rise += self.paths.rise(self.craters, reach)
         if self.rivers is not None:
-            cut_m, base_m = np.abs(ground - there), np.abs(ground - places.cut[0])
-            slope = self.rivers.steepest_per_m * (np.maximum(base_m[a], base_m[b]) + rise) + STEEPEST_BANK
-            rise += np.minimum(np.maximum(cut_m[a], cut_m[b]), 0.5 * reach * slope)
+            cut_m, (base_m, left, _) = np.abs(ground - there), places.cut
+            ends = (Cut(ground[k] - base_m[k], base_m[k], left[k], cut_m[k], kind[len(Kind) :, k]) for k in (a, b))
+            rise += valley_rise(*ends, reach, rise, self.rivers.steepest_per_m)
         ca, cb = places.clearance[a], places.clearance[b]
         keep = before & (np.minimum(ca, cb) < rise)
         if detail.whole:

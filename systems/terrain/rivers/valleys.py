@@ -27,7 +27,7 @@ from .form import (
 )
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = ["Valleys", "Waters", "shown_slopes", "valleys", "waters"]
+__all__ = ["Pairs", "Valleys", "Waters", "chosen", "counts", "shown_slopes", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
 Slopes = Literal["none", "open", "all"]
@@ -48,6 +48,8 @@ class Valleys:
     d_base: Floats | None = None
     d_open: Floats | None = None
     d_raised: Floats | None = None
+    pairs: Pairs | None = None
+    """what was held against what; None where no line is near"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Waters:
 
 
 @dataclass(frozen=True)
-class _Pairs:
+class Pairs:
     """Places and lines that are held against each other, P in all, sorted by place."""
 
     where: NDArray[np.int64]
@@ -86,6 +88,8 @@ class _Pairs:
     """(3, P) unit, from the line to the place, level"""
     along: Floats
     """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
+    length_m: Floats
+    """(P,) of the lines"""
 
 
 def shown_slopes(cut: Valleys, footprint_m: Floats | None) -> tuple[Floats, Floats, Floats]:
@@ -105,8 +109,8 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     d_open = None if slopes == "none" else np.zeros((3, count))
     d_base, d_raised = (np.zeros((3, count)) if slopes == "all" else None for _ in range(2))
     reach_m = np.zeros(count)
-    found = Valleys(base, left, raised, reach_m, d_base, d_open, d_raised)
     pairs = _pairs(table, points)
+    found = Valleys(base, left, raised, reach_m, d_base, d_open, d_raised, pairs)
     if pairs is None:
         return found
     level, half, depth, floor, reach, lake = pairs.value[:6]
@@ -117,7 +121,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
     mean = level[first]
-    own = level + section - np.repeat(mean, _counts(pairs))
+    own = level + section - np.repeat(mean, counts(pairs))
     heard = total > 0.0
     off = np.divide(np.add.reduceat(share * own, first), total, out=np.zeros(len(at)), where=heard)
     base[at] = np.where(heard, mean + off, 0.0)
@@ -125,17 +129,17 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     if d_open is None:
         return found
     turned = _turned(table, points, at)
-    chosen = _chosen(opens, left[at], pairs)
-    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, chosen))
-    reach_m[at] = np.where(left[at] < 1.0, reach[chosen], 0.0)
+    k = chosen(opens, left[at], pairs)
+    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, k))
+    reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
     if d_base is not None and d_raised is not None:
-        apart = own - np.repeat(off, _counts(pairs))
+        apart = own - np.repeat(off, counts(pairs))
         d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, share, apart, total))
-        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, _chosen(raises, raised[at], pairs)))
+        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, chosen(raises, raised[at], pairs)))
     return found
 
 
-def _d_base(pairs: _Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
+def _d_base(pairs: Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
     """(3, K) by the bent place. apart: of what each line says from the mean."""
     _, half, depth, _, reach, lake = pairs.value[:6]
     s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
@@ -148,7 +152,7 @@ def _d_base(pairs: _Pairs, share: Floats, apart: Floats, total: Floats) -> Float
     return np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
 
 
-def _d_open(pairs: _Pairs, k: NDArray[np.int64]) -> Floats:
+def _d_open(pairs: Pairs, k: NDArray[np.int64]) -> Floats:
     """(3, K) by the bent place, of the pairs that say it."""
     floor, reach = pairs.value[3:5, k]
     s_floor, s_reach = pairs.steps[3:5, k]
@@ -156,7 +160,7 @@ def _d_open(pairs: _Pairs, k: NDArray[np.int64]) -> Floats:
     return opens[1] * pairs.away[:, k] + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along[:, k]
 
 
-def _d_raised(pairs: _Pairs, m: NDArray[np.int64]) -> Floats:
+def _d_raised(pairs: Pairs, m: NDArray[np.int64]) -> Floats:
     """(3, K) by the bent place, of the pairs that say it."""
     _, half, _, floor, reach, lake = pairs.value[:6, m]
     _, s_half, _, s_floor, s_reach = pairs.steps[:5, m]
@@ -183,7 +187,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     def heard_of(values: Floats) -> Floats:
         return np.divide(np.add.reduceat(share * values, pairs.first), total, out=np.zeros(len(at)), where=heard)
 
-    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, _counts(pairs))), 0.0)
+    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, counts(pairs))), 0.0)
     depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
     edge = np.where(half > 0.0, pairs.d - half, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
@@ -192,7 +196,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     # Mean speed through the section, twice that in its middle, none at the edge or in a lake.
     speed = np.where(half > 0.0, discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), 0.0) * (1.0 - lake)
     speed = np.minimum(speed, _FASTEST_M_S) * 1.5 * (1.0 - inside * inside)
-    strongest = _chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
+    strongest = chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
     pull = pairs.along[:, strongest]
     length = np.sqrt((pull * pull).sum(axis=0))
     current[:, at] = pull / np.maximum(length, 1e-12) * speed[strongest]
@@ -202,18 +206,19 @@ def waters(table: RiverTable, points: Floats) -> Waters:
 _FASTEST_M_S = 5.0
 
 
-def _counts(pairs: _Pairs) -> NDArray[np.int64]:
+def counts(pairs: Pairs) -> NDArray[np.int64]:
+    """(K,) lines that each of the places is held against."""
     return np.diff(np.append(pairs.first, len(pairs.where)))
 
 
-def _chosen(values: Floats, wanted: Floats, pairs: _Pairs) -> NDArray[np.int64]:
+def chosen(values: Floats, wanted: Floats, pairs: Pairs) -> NDArray[np.int64]:
     """(K,) index of the pair that has each place's `wanted` value."""
-    same = values == np.repeat(wanted, _counts(pairs))
+    same = values == np.repeat(wanted, counts(pairs))
     number = np.where(same, np.arange(len(values)), len(values))
     return np.minimum.reduceat(number, pairs.first)
 
 
-def _pairs(table: RiverTable, points: Floats) -> _Pairs | None:
+def _pairs(table: RiverTable, points: Floats) -> Pairs | None:
     place = points * (1.0 / table.cell_m)
     cell = np.floor(place).astype(np.int64)
     keys = cell_keys(cell)
@@ -247,8 +252,8 @@ def _pairs(table: RiverTable, points: Floats) -> _Pairs | None:
     steps = downstream - upstream
     # Of a lake are lines between two of its nodes.
     steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
-    along = np.where(inside, way / square, 0.0)
-    return _Pairs(where, first, near, line, upstream + t * steps, steps, d, off / np.maximum(d, 1e-9), along)
+    along, away = np.where(inside, way / square, 0.0), off / np.maximum(d, 1e-9)
+    return Pairs(where, first, near, line, upstream + t * steps, steps, d, away, along, np.sqrt(square))
 
 
 def _turned(table: RiverTable, points: Floats, near: NDArray[np.int64]) -> Floats:
