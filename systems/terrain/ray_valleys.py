@@ -8,8 +8,8 @@ product leaves its own by (f + e_f) e_g + g e_f - f' g' / 4. So C rises by what 
     |h - base| e_open + e_base - open' (h - base)' / 4
 
 e_open and e_base: see rivers/steepness.py. Where water's edges may lie on the way, e_base has the slope of the steepest
-banks. Ground that dips below a river and is raised there has the slope of the planet's steepest valleys. Rivers only
-cut: never more than the most that they have cut at an end.
+banks. Above themselves rivers only cut: C rises by no more than the most that they have cut at an end. Ground that dips
+below a river and is raised there, to the river at most, has the slope of the planet's steepest valleys.
 """
 
 from __future__ import annotations
@@ -67,6 +67,8 @@ def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: 
     # An end below the river lies under the formula for ground above it.
     under = np.maximum((1.0 - a.open) * np.maximum(-above_a, 0.0), (1.0 - b.open) * np.maximum(-above_b, 0.0))
     more = most * e_open + e_base + 0.25 * twisted + under
-    held = (worst[Steepness.HELD] > 0.0) & (np.minimum(above_a, above_b) < rise + e_base)
+    least = np.minimum(above_a, above_b)
+    held = ((worst[Steepness.HELD] > 0.0) | wet) & (least < rise + e_base)
     more = np.where(held, np.maximum(more, 0.5 * length_m * (steepest_per_m * most + STEEPEST_BANK)), more)
-    return np.minimum(np.maximum(a.cut_m, b.cut_m), more)
+    cut_m = np.maximum(a.cut_m, b.cut_m)
+    return np.minimum(np.where(held, np.maximum(cut_m, rise - least), cut_m), more)

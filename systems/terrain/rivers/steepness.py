@@ -1,12 +1,13 @@
 """How fast valleys may change the ground about places: what a ray has to know of them (ray_ground.py).
 
-A valley's side is a parabola of the distance from its line, and that distance is convex along a straight way. So `open`,
-the share of the ground's height above the river that is left, rises above the line between two places by no more than
-its bend allows, as long as one river line says it at both: where another says less on the way, ground is lower still.
+A valley's side is a parabola of the distance from its line, and that distance is convex along a straight way. So
+`open`, the share of the ground's height above the river that is left, rises above the line between two places by no
+more than its bend allows, as long as one river line says it at both: where another says less on the way, ground is
+lower still.
 
-The river's own ground falls with its line, rises from the water's edge the less the further that is, and changes between
-lines with different levels. These slopes are those at the place; they count `MARGIN` times, for the warp that bends
-lines and for what changes on a way of half the distance from the water.
+The river's own ground falls with its line, rises from the water's edge the less the further that is, and changes
+between lines with different levels. These slopes are those at the place; they count `MARGIN` times, for the warp that
+bends lines and for what changes on a way of half the distance from the water.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ __all__ = ["MARGIN", "Steepness", "steepness"]
 Floats = NDArray[np.float64]
 
 MARGIN = 2.0
-"""The warp stretches distances by up to 1.6 on all but one of a hundred places."""
+"""The warp stretches distances by 1.9 at most, by 1.6 on all but one of a hundred places."""
 _VALUE_BEND = 10.0 / np.sqrt(3.0) * 2.0
 """The largest second derivative of value noise between -1 and 1 along an axis, by the lattice coordinate: the quintic's
 times the step between corners."""
