@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .form import BANK_M, BANK_SHARE, FLOOR_SLOPE, LAKE_NEAR_M2, NEAR_M2, river_open, river_section, river_share
+from .pairs import chosen, counts
 from .table import RiverTable
-from .valleys import Valleys, chosen, counts
+from .valleys import Valleys
 
 __all__ = ["MARGIN", "Steepness", "steepness"]
 

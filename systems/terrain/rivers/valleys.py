@@ -1,7 +1,6 @@
 """What rivers make of the ground at places, in float64: the twin of assets/shaders/terrain/rivers.glsl.
 
-A place is moved by the warp that bends lines, and held against the straight lines of its cell. Distances count along
-the ground: what points up or down is taken away.
+A place is held against the lines about it (pairs.py), and each says what it makes of the ground there (form.py).
 """
 
 from __future__ import annotations
@@ -25,9 +24,10 @@ from .form import (
     section_slopes,
     share_slopes,
 )
-from .table import CELL_STEPS, RiverTable, cell_keys
+from .pairs import Pairs, bent_by_place, chosen, counts, river_pairs
+from .table import RiverTable
 
-__all__ = ["Pairs", "Valleys", "Waters", "chosen", "counts", "shown_slopes", "valleys", "waters"]
+__all__ = ["Valleys", "Waters", "shown_slopes", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
 Slopes = Literal["none", "open", "all"]
@@ -66,32 +66,6 @@ class Waters:
     """(3, N)"""
 
 
-@dataclass(frozen=True)
-class Pairs:
-    """Places and lines that are held against each other, P in all, sorted by place."""
-
-    where: NDArray[np.int64]
-    """(P,) indices of places"""
-    first: NDArray[np.int64]
-    """(K,) where each of the places that have any begins"""
-    near: NDArray[np.int64]
-    """(K,) those places"""
-    line: NDArray[np.int64]
-    """(P,) nodes upstream"""
-    value: Floats
-    """(8, P) of the river there"""
-    steps: Floats
-    """(8, P) of these along the whole line"""
-    d: Floats
-    """(P,) m"""
-    away: Floats
-    """(3, P) unit, from the line to the place, level"""
-    along: Floats
-    """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
-    length_m: Floats
-    """(P,) of the lines"""
-
-
 def shown_slopes(cut: Valleys, footprint_m: Floats | None) -> tuple[Floats, Floats, Floats]:
     """Gradients of base, open and raised (3, N) as a footprint (N,) shows them: a valley is a wave as wide as both of
     its sides."""
@@ -109,7 +83,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     d_open = None if slopes == "none" else np.zeros((3, count))
     d_base, d_raised = (np.zeros((3, count)) if slopes == "all" else None for _ in range(2))
     reach_m = np.zeros(count)
-    pairs = _pairs(table, points)
+    pairs = river_pairs(table, points)
     found = Valleys(base, left, raised, reach_m, d_base, d_open, d_raised, pairs)
     if pairs is None:
         return found
@@ -128,7 +102,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     left[at], raised[at] = np.minimum.reduceat(opens, first), np.maximum.reduceat(raises, first)
     if d_open is None:
         return found
-    turned = _turned(table, points, at)
+    turned = bent_by_place(table, pairs)
     k = chosen(opens, left[at], pairs)
     d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, k))
     reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
@@ -174,7 +148,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     count = points.shape[1]
     level, beyond = np.zeros(count), np.full(count, np.inf)
     depth, current = np.zeros(count), np.zeros((3, count))
-    pairs = _pairs(table, points)
+    pairs = river_pairs(table, points, False)
     if pairs is None:
         return Waters(level, beyond, depth, current)
     height, half, deep, _, reach, lake, discharge = pairs.value[:7]
@@ -204,62 +178,3 @@ def waters(table: RiverTable, points: Floats) -> Waters:
 
 
 _FASTEST_M_S = 5.0
-
-
-def counts(pairs: Pairs) -> NDArray[np.int64]:
-    """(K,) lines that each of the places is held against."""
-    return np.diff(np.append(pairs.first, len(pairs.where)))
-
-
-def chosen(values: Floats, wanted: Floats, pairs: Pairs) -> NDArray[np.int64]:
-    """(K,) index of the pair that has each place's `wanted` value."""
-    same = values == np.repeat(wanted, counts(pairs))
-    number = np.where(same, np.arange(len(values)), len(values))
-    return np.minimum.reduceat(number, pairs.first)
-
-
-def _pairs(table: RiverTable, points: Floats) -> Pairs | None:
-    place = points * (1.0 / table.cell_m)
-    cell = np.floor(place).astype(np.int64)
-    keys = cell_keys(cell)
-    slot = np.searchsorted(table.keys, keys)
-    slot = np.minimum(slot, max(len(table.keys) - 1, 0))
-    near = np.flatnonzero(table.keys[slot] == keys) if len(table.keys) else np.empty(0, dtype=np.int64)
-    if not near.size:
-        return None
-    begin = table.begin[slot[near]].astype(np.int64)
-    many = table.begin[slot[near] + 1] - begin
-    first = np.concatenate([[0], np.cumsum(many)[:-1]])
-    line = table.lines[np.repeat(begin - first, many) + np.arange(int(many.sum()))].astype(np.int64)
-    where = np.repeat(near, many)
-    to = table.to[line].astype(np.int64)
-
-    bent = points[:, near] + (table.bend_m[:, None] * table.bends.cells(points[:, near]).vector()).sum(axis=1)
-    up = points[:, near] * (1.0 / table.radius_m)
-    bent, up = np.repeat(bent, many, axis=1), np.repeat(up, many, axis=1)
-    step_m = table.cell_m / CELL_STEPS
-    a, b = table.place[line].T * step_m, table.place[to].T * step_m
-    way, from_a = b - a, bent - a
-    way = way - up * (up * way).sum(axis=0)
-    from_a = from_a - up * (up * from_a).sum(axis=0)
-    square = np.maximum((way * way).sum(axis=0), 1e-6)
-    t = (from_a * way).sum(axis=0) / square
-    inside = (t > 0.0) & (t < 1.0)
-    t = np.clip(t, 0.0, 1.0)
-    off = from_a - t * way
-    d = np.sqrt((off * off).sum(axis=0))
-    upstream, downstream = table.values[line].T.astype(np.float64), table.values[to].T.astype(np.float64)
-    steps = downstream - upstream
-    # Of a lake are lines between two of its nodes.
-    steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
-    along, away = np.where(inside, way / square, 0.0), off / np.maximum(d, 1e-9)
-    return Pairs(where, first, near, line, upstream + t * steps, steps, d, away, along, np.sqrt(square))
-
-
-def _turned(table: RiverTable, points: Floats, near: NDArray[np.int64]) -> Floats:
-    """(3, 3, K): how the bent place changes [a] with the place [b]."""
-    _, jacobian = table.bends.cells(points[:, near]).vector_derivative()
-    turned = (jacobian * (table.bends.frequency * table.bend_m)[:, None]).sum(axis=2)
-    for axis in range(3):
-        turned[axis, axis] += 1.0
-    return turned
