@@ -14,7 +14,7 @@ from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_
 from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import carve_slopes, side_rough, side_rough_slopes, surface_slopes
+from .height_surface import carve_slopes, falling_slopes, side_rough, side_rough_slopes, surface_slopes
 from .rivers.valleys import Valleys, shown_slopes, valleys
 
 __all__ = ["eroded_gradients", "eroded_noises"]
@@ -41,7 +41,7 @@ class _Octaves:
     noise: Floats
     """(FIELDS + layers, N)"""
     slope: Floats
-    """(3, FIELDS + layers, N) by metre, where it was asked for, else of the layers that say which way is down"""
+    """(3, FIELDS + layers, N) by metre, where it was asked for, else (3, FALLING_LAYERS, N)"""
 
 
 def eroded_noises(
@@ -119,11 +119,14 @@ def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
     near = points + w[:, 1] * model.warp_m[1]
     far = near + w[:, 0] * model.warp_m[0]
     layers = model.warped_layers
-    warped = model.warped.cells(np.repeat(np.stack([far, near], axis=1), (FIELDS, layers), axis=1), _WARPED_SCRATCH)
+    where = _WARPED_SCRATCH.array("where", (3, len(model.warped), points.shape[1]))
+    where[:, :FIELDS] = far[:, None]
+    where[:, FIELDS:] = near[:, None]
+    warped = model.warped.cells(where, _WARPED_SCRATCH)
     fine = unwarped.part(slice(2, None))
     end = FIELDS + layers
     noise = np.empty((FIELDS + model.layers, points.shape[1]))
-    slope = np.zeros((3, *noise.shape))
+    slope = np.empty((3, *noise.shape)) if slopes else np.empty((3, FALLING_LAYERS, points.shape[1]))
     if slopes:
         noise[:end], slope[:, :end] = warped.noise_derivative()
         if model.layers > layers:
@@ -132,8 +135,8 @@ def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
         slope[:, end:] *= model.unwarped.frequency[2:, None]
     else:
         noise[:FIELDS] = warped.part(slice(0, FIELDS)).noise()
-        noise[_DOWN], slope[:, _DOWN] = warped.part(_DOWN).noise_derivative()
-        slope[:, _DOWN] *= model.warped.frequency[_DOWN, None]
+        noise[_DOWN], slope[...] = warped.part(_DOWN).noise_derivative()
+        slope *= model.warped.frequency[_DOWN, None]
         noise[_DOWN.stop : end] = warped.part(slice(_DOWN.stop, None)).noise()
         if model.layers > layers:
             noise[end:] = fine.noise()
@@ -169,12 +172,12 @@ def _gullies(
     c, b = _WEIGHTS @ octaves.noise[:FIELDS]
     sums = model.sums[:, first]
     sa, sb, z = sums @ v[first]
-    height, *by, _ = surface_slopes(k, *w1, c, b, sa, sb, z, *added, z)
-    by_sums, rough = np.stack(by[5:8]), by[7]
+    height, *by = falling_slopes(k, *w1, c, b, sa, sb, z, *added, z)
+    by_sums, rough = np.stack(by), by[2]
     weights = np.einsum("sk,sn->kn", sums, by_sums)
     crest, bend = crest_slopes(octaves.noise[_DOWN], model.ridge[first, None])
-    gradient = octaves.slope[:, _DOWN]
-    falls = uncarved = (weights * crest * gradient).sum(axis=1)
+    gradient = octaves.slope[:, _DOWN] if octaves.slope.shape[1] > FALLING_LAYERS else octaves.slope
+    falls = uncarved = np.einsum("kn,akn->an", weights * crest, gradient)
     open_m: Any = 0.0
     if cut is not None:
         _, by_h, _, open_m, _ = carve_slopes(height, cut.base_m, cut.open, cut.raised)

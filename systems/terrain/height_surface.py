@@ -110,6 +110,8 @@ side_rough_slopes = _MADE.python(_SLOPES["side_rough"])
 """(the inputs of `side_rough`) -> the roughness and its derivatives by them."""
 surface_slopes = _MADE.python(_SLOPES["surface"])
 """(k, the inputs of `surface`, seen_z) -> the height, its derivatives by the inputs, and on_land."""
+falling_slopes = _MADE.python(_SLOPES["surface"].only("falling_slopes", ["value", "by_sa", "by_sb", "by_z"]))
+"""As `surface_slopes`: the height, and its derivatives by what may be steep."""
 
 
 def shader() -> str:

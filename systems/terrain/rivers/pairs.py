@@ -90,12 +90,13 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
             return None
     first, near, number = _groups(where)
 
-    bends = table.bends.cells(points[:, near])
-    bent = points[:, near] + (table.bend_m[:, None] * bends.vector()).sum(axis=1)
-    up = (points[:, near] * (1.0 / table.radius_m))[:, number]
+    here = points.take(near, axis=1)
+    bends = table.bends.cells(here)
+    bent = here + (table.bend_m[:, None] * bends.vector()).sum(axis=1)
+    up = (here * (1.0 / table.radius_m)).take(number, axis=1)
     to = table.to.take(line)
     a, b = _places(table, line), _places(table, to)
-    way, from_a = b - a, bent[:, number] - a
+    way, from_a = b - a, bent.take(number, axis=1) - a
     way = way - up * (up * way).sum(axis=0)
     from_a = from_a - up * (up * from_a).sum(axis=0)
     square = np.maximum((way * way).sum(axis=0), 1e-6)
@@ -161,8 +162,6 @@ def _part(pairs: Pairs, kept: Indices) -> Pairs | None:
     where = pairs.where[kept]
     first, near, _ = _groups(where)
     still = np.searchsorted(pairs.near, near)
-    bends = Corners(pairs.bends.fraction[:, :, still], pairs.bends.gradients[:, :, :, still])
-    return Pairs(
-        where, first, near, pairs.line[kept], pairs.value[:, kept], pairs.steps[:, kept], pairs.d[kept],
-        pairs.away[:, kept], pairs.along[:, kept], pairs.length_m[kept], bends,
-    )  # fmt: skip
+    taken = (pairs.line, pairs.value, pairs.steps, pairs.d, pairs.away, pairs.along, pairs.length_m)
+    # np.take, since numpy's own indexing of the last axis leaves it the slowest in memory.
+    return Pairs(where, first, near, *(v.take(kept, axis=-1) for v in taken), pairs.bends.at(still))
