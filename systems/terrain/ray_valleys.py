@@ -8,7 +8,7 @@ product leaves its own by (f + e_f) e_g + g e_f - f' g' / 4. So C rises by what 
     |h - base| e_open + e_base - open' (h - base)' / 4
 
 e_open and e_base: see rivers/steepness.py. Where water's edges may lie on the way, e_base has the slope of the steepest
-banks. Above themselves rivers only cut: C rises by no more than the most that they have cut at an end. Ground that dips
+banks, up to their height. Above themselves rivers only cut: C rises by no more than the most that they have cut at an end. Ground that dips
 below a river and is raised there, to the river at most, has the slope of the planet's steepest valleys.
 """
 
@@ -43,7 +43,7 @@ class Cut:
     cut_m: Floats
     """How far rivers have moved the ground."""
     steep: Floats
-    """(7, N): see Steepness."""
+    """(9, N): see Steepness."""
 
 
 def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: float) -> Floats:
@@ -56,12 +56,14 @@ def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: 
     above_b = np.where(out_b, b.above_m + b.base_m - a.base_m, b.above_m)
     worst = np.maximum(a.steep, b.steep)
     turned = length_m * worst[Steepness.BEND]
+    half_m = 0.5 * length_m
     one = length_m * (0.125 * turned + 0.5 * worst[Steepness.KINK])
-    several = 0.5 * length_m * (worst[Steepness.SIDE] + 0.5 * turned)
+    several = half_m * (worst[Steepness.SIDE] + 0.5 * turned)
     e_open = np.minimum(np.where((line_a == line_b) | out_a | out_b, one, several), 1.0)
 
     wet = length_m * worst[Steepness.EDGE] > _DRY_WAY
-    e_base = 0.5 * length_m * np.where(wet, STEEPEST_BANK, worst[Steepness.FLOOR])
+    banks_m = np.where(wet, np.minimum(half_m * STEEPEST_BANK, worst[Steepness.BANK_M]), half_m * worst[Steepness.BANK])
+    e_base = half_m * worst[Steepness.FLOOR] + banks_m
     most = np.maximum(np.abs(above_a), np.abs(above_b)) + rise
     twisted = np.maximum((a.open - b.open) * (above_b - above_a), 0.0)
     # An end below the river lies under the formula for ground above it.
@@ -69,6 +71,6 @@ def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: 
     more = most * e_open + e_base + 0.25 * twisted + under
     least = np.minimum(above_a, above_b)
     held = ((worst[Steepness.HELD] > 0.0) | wet) & (least < rise + e_base)
-    more = np.where(held, np.maximum(more, 0.5 * length_m * (steepest_per_m * most + STEEPEST_BANK)), more)
+    more = np.where(held, np.maximum(more, half_m * (steepest_per_m * most + STEEPEST_BANK)), more)
     cut_m = np.maximum(a.cut_m, b.cut_m)
     return np.minimum(np.where(held, np.maximum(cut_m, rise - least), cut_m), more)

@@ -45,15 +45,19 @@ class Steepness(IntEnum):
     KINK = 3
     """By how much that may change at an end of the line."""
     FLOOR = 4
-    """Slope of the river's own ground."""
-    EDGE = 5
+    """Slope of the river's own ground, but for banks and beds."""
+    BANK = 5
+    """Slope of these."""
+    BANK_M = 6
+    """Metres from the bed to where the bank ends."""
+    EDGE = 7
     """Inverse of the distance from the nearest water's edge, 1/m."""
-    HELD = 6
+    HELD = 8
     """1 where ground below the river is raised."""
 
 
 def steepness(found: Valleys, table: RiverTable) -> Floats:
-    """(7, N) at the places of `found`: see Steepness; none negative but LINE, and 0 where no valley reaches."""
+    """(9, N) at the places of `found`: see Steepness; none negative but LINE, and 0 where no valley reaches."""
     result = np.zeros((len(Steepness), len(found.base_m)))
     result[Steepness.LINE] = -1.0
     pairs = found.pairs
@@ -87,12 +91,13 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
     # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
     bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
     bed = np.where(d < half, 2.0 * depth / (half + 1e-3), 0.0)
-    own = np.abs(s_level) * by_line + bank + bed + FLOOR_SLOPE
 
     def largest(values: Floats) -> Floats:
         return np.maximum.reduceat(np.where(heard, values, 0.0), first)
 
-    result[Steepness.FLOOR, at] = MARGIN * (largest(own) + mixed)
+    result[Steepness.FLOOR, at] = MARGIN * (largest(np.abs(s_level) * by_line) + FLOOR_SLOPE + mixed)
+    result[Steepness.BANK, at] = MARGIN * largest(bank + bed)
+    result[Steepness.BANK_M, at] = largest(BANK_M + (1.0 + BANK_SHARE) * depth)
     result[Steepness.EDGE, at] = largest(1.0 / np.maximum(np.abs(d - half), 1e-9))
     result[Steepness.HELD, at] = found.raised[at] > 0.0
     return result
