@@ -244,7 +244,7 @@ class Corners:
             return out
         scratch = self._scratch or Scratch()
         u = quintic(f, scratch)
-        return np.stack([_interpolate(g, u, scratch) for g in self.gradients]) * GRADIENT_SCALE
+        return _interpolate(self.gradients.swapaxes(0, 1), u, scratch) * GRADIENT_SCALE
 
     def noise_derivative(self) -> tuple[Floats, Floats]:
         """Gradient noise (K, N) and its derivative by the lattice coordinate (3, K, N)."""
@@ -282,8 +282,8 @@ class Corners:
     def vector_derivative(self) -> tuple[Floats, Floats]:
         """Vector value noise (3, K, N) and its Jacobian [component, axis] (3, 3, K, N) by the lattice coordinate."""
         u, du = quintic(self.fraction), quintic_slope(self.fraction)
-        parts = [_interpolate_slopes(g, u, du) for g in self.gradients]
-        return np.stack([p[0] for p in parts]) * GRADIENT_SCALE, np.stack([p[1] for p in parts]) * GRADIENT_SCALE
+        value, slope = _interpolate_slopes(self.gradients.swapaxes(0, 1), u, du[:, None], self._scratch)
+        return value * GRADIENT_SCALE, slope.swapaxes(0, 1) * GRADIENT_SCALE
 
 
 _FEW = 64
@@ -312,13 +312,13 @@ def quintic_slope(f: Floats) -> Floats:
 
 
 def _interpolate(corners: Floats, u: Floats, scratch: Scratch | None = None) -> Floats:
-    """Trilinear interpolation of `corners` (8, K, N) by weights `u` (3, K, N); the result is a fresh array."""
-    _, octaves, points = corners.shape
+    """Trilinear interpolation of `corners` (8, ..., K, N) by weights `u` (3, K, N); the result is a fresh array."""
+    shape = corners.shape[1:]
     scratch = scratch or Scratch()
-    x = np.subtract(corners[1::2], corners[0::2], out=scratch.array("t", (4, octaves, points)))
+    x = np.subtract(corners[1::2], corners[0::2], out=scratch.array("t", (4, *shape)))
     x *= u[0]
     x += corners[0::2]
-    y = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, octaves, points)))
+    y = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, *shape)))
     y *= u[1]
     y += x[0::2]
     z = y[1] - y[0]
@@ -327,16 +327,19 @@ def _interpolate(corners: Floats, u: Floats, scratch: Scratch | None = None) -> 
     return z
 
 
-def _interpolate_slopes(corners: Floats, u: Floats, du: Floats, scratch: Scratch | None = None) -> tuple[Floats, Floats]:
-    """`_interpolate`, and its derivative (3, K, N) through the weights alone: fresh arrays."""
-    _, octaves, points = corners.shape
+def _interpolate_slopes(
+    corners: Floats, u: Floats, du: Floats, scratch: Scratch | None = None
+) -> tuple[Floats, Floats]:
+    """`_interpolate`, and its derivative (3, ..., K, N) through the weights alone: fresh arrays. du: as `u`, to be
+    multiplied with that."""
+    shape = corners.shape[1:]
     scratch = scratch or Scratch()
-    dx = np.subtract(corners[1::2], corners[0::2], out=scratch.array("dx", (4, octaves, points)))
-    x = np.multiply(dx, u[0], out=scratch.array("t", (4, octaves, points)))
+    dx = np.subtract(corners[1::2], corners[0::2], out=scratch.array("dx", (4, *shape)))
+    x = np.multiply(dx, u[0], out=scratch.array("t", (4, *shape)))
     x += corners[0::2]
-    dy = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, octaves, points)))
-    slope = np.empty((3, octaves, points))
-    sx = np.subtract(dx[1::2], dx[0::2], out=scratch.array("sx", (2, octaves, points)))
+    dy = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, *shape)))
+    slope = np.empty((3, *shape))
+    sx = np.subtract(dx[1::2], dx[0::2], out=scratch.array("sx", (2, *shape)))
     sx *= u[1]
     sx += dx[0::2]
     _between(sx[0], sx[1], u[2], slope[0])

@@ -108,6 +108,16 @@ def gully_layers(
         share, wave = np.empty((count, at.size)), np.empty((count, at.size))
         d_share = None if d_share is None else np.empty((3, count, at.size))
         d_wave = None if d_wave is None else np.empty((3, count, at.size))
+    if d_falls is None:
+        amounts = strength, AMPLITUDE * TURN * amplitude_m * frequency
+
+        def corners(k: int) -> Corners:
+            return layers(k).at(at) if some else layers(k)
+
+        _follow(corners, falls, up, rough, *amounts, share, wave)
+        if some:
+            whole.share[:, at], whole.wave[:, at] = share, wave
+        return whole
     for k in range(count):
         level = falls - up * (up * falls).sum(axis=0)
         steep = np.sqrt((level * level).sum(axis=0))
@@ -116,15 +126,14 @@ def gully_layers(
         cells = layers(k)
         if some:
             cells = cells.at(at)
-        found = Wave(cells, along) if d_falls is not None else None
-        shown, pulls = wave_values(cells, along) if found is None else (found.value.real, found.value.imag)
+        found = Wave(cells, along)
         t = np.clip((steep - LEAST) * (1.0 / (FULL - LEAST)), 0.0, 1.0)
         share[k] = strength * (t * t * (3.0 - 2.0 * t))
-        wave[k] = AMPLITUDE * shown
+        wave[k] = AMPLITUDE * found.value.real
         # What a wave adds to the slope where its phase alone changes.
         steers = rough * (-AMPLITUDE * TURN * amplitude_m[k] * frequency[k])
-        pull = share[k] * pulls
-        if found is not None and d_falls is not None and d_share is not None and d_wave is not None:
+        pull = share[k] * found.value.imag
+        if d_share is not None and d_wave is not None:
             d_level = d_falls - up[:, None] * np.einsum("an,abn->bn", up, d_falls)
             down = level * inverse
             d_steep = np.einsum("an,abn->bn", down, d_level)
@@ -132,7 +141,7 @@ def gully_layers(
             change = found.derivative(turning * (1.0 / frequency[k]), bent if k < WARPED else None) * frequency[k]
             d_share[:, k] = (strength / (FULL - LEAST)) * (6.0 * t * (1.0 - t)) * d_steep
             d_wave[:, k] = AMPLITUDE * change.real
-            d_pull = d_share[:, k] * pulls + share[k] * change.imag
+            d_pull = d_share[:, k] * found.value.imag + share[k] * change.imag
             d_falls = d_falls + steers * (along[:, None] * d_pull[None] + pull * turning)
         falls = falls + steers * pull * along
     if some:
@@ -140,6 +149,31 @@ def gully_layers(
         if whole.d_share is not None and whole.d_wave is not None:
             whole.d_share[:, :, at], whole.d_wave[:, :, at] = d_share, d_wave
     return whole
+
+
+def _follow(
+    layers: Callable[[int], Corners], falls: Floats, up: Floats, rough: Floats, strength: float, steers: Floats,
+    share: Floats, wave: Floats,
+) -> None:  # fmt: skip
+    """Fills share and wave (K, N), without derivatives: the slope along the ground as two numbers, by axes of which the
+    first points where it falls without gullies. steers (K,): slope by what of each layer turns with its phase."""
+    level = falls - up * np.einsum("an,an->n", up, falls)
+    steep = np.sqrt(np.einsum("an,an->n", level, level))
+    ahead = level * (1.0 / np.maximum(steep, 1e-6))
+    aside, p, q = _cross(up, ahead), steep, np.zeros_like(steep)
+    for k in range(len(share)):
+        t = np.minimum(np.maximum((steep - LEAST) * (1.0 / (FULL - LEAST)), 0.0), 1.0)
+        np.multiply(t * t * (3.0 - 2.0 * t), strength, out=share[k])
+        inverse = 1.0 / np.maximum(steep, 1e-6)
+        a, b = q * -inverse, p * inverse
+        found, pull = wave_values(layers(k), a * ahead + b * aside)
+        np.multiply(found, AMPLITUDE, out=wave[k])
+        if k + 1 < len(share):
+            pull *= share[k]
+            pull *= rough
+            pull *= -steers[k]
+            p, q = p + pull * a, q + pull * b
+            steep = np.sqrt(p * p + q * q)
 
 
 def shader() -> str:

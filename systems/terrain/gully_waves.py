@@ -23,8 +23,8 @@ ROUND = 0.02
 
 
 def wave_values(cells: Corners, along: Floats) -> tuple[Floats, Floats]:
-    """The wave (N,), and the one a quarter further on, of one layer's cells at N places, which run in directions (3, N):
-    as `Wave.value`, without what derivatives need and in half of its time."""
+    """The wave (N,), and the one a quarter further on, of one layer's cells at N places, in directions (3, N): as
+    `Wave.value`, without what derivatives need and in half of its time."""
     f = cells.fraction[:, 0]
     far = quintic(f)
     angles = np.empty((4, f.shape[1]))  # by which corners on the far sides are behind, and the place is ahead

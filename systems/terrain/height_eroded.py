@@ -44,17 +44,15 @@ class _Octaves:
     """(3, FIELDS + layers, N) by metre, where it was asked for, else (3, FALLING_LAYERS, N)"""
 
 
-def eroded_noises(
-    points: Floats, model: Model
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Valleys | None]:
-    """As height_octaves.noises."""
+def eroded_noises(points: Floats, model: Model) -> tuple[Any, Floats, Floats, Valleys | None, tuple[Any, Any]]:
+    """At points (3, N): what `surface_parts` gives, four of (N,); z (N,); what of it is gullies (N,); valleys of
+    rivers; and `added_heights`."""
     octaves = _octaves(points, model, False)
     cut = None if model.params.rivers is None else valleys(model.params.rivers, points, "open")
-    v, found = _layers(points, model, octaves, added_heights(points, model), cut, None)
-    c, b = _WEIGHTS @ octaves.noise[:FIELDS]
-    sums = model.sums @ v
+    added = added_heights(points, model)
+    v, found, parts = _layers(points, model, octaves, added, cut, None)
     furrows = model.amplitude_m[_own(found)] @ (found.share * found.wave)
-    return octaves.w[:, 0], c, b, sums[:2], sums[2], furrows, cut
+    return parts, model.sums[2] @ v, furrows, cut, added
 
 
 def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
@@ -67,7 +65,7 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
     bent_near = jacobian[:, :, 1] * model.warp_m[1]
     for axis in range(3):
         bent_near[axis, axis] += 1.0
-    v, found = _layers(points, model, octaves, (metres, rougher), cut, bent_near)
+    v, found, _ = _layers(points, model, octaves, (metres, rougher), cut, bent_near)
     assert found.d_share is not None and found.d_wave is not None
     bent_far = bent_near + jacobian[:, :, 0] * model.warp_m[0]
     dc, db = (np.einsum("f,afn,abn->bn", w, octaves.slope[:, :FIELDS], bent_far) for w in _WEIGHTS)
@@ -145,16 +143,16 @@ def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
 
 def _layers(
     points: Floats, model: Model, octaves: _Octaves, added: tuple[Any, Any], cut: Valleys | None, bent: Floats | None
-) -> tuple[Floats, GullyLayers]:
-    """The layers' values (layers, N), and the gullies among them. bent (3, 3, N): how the narrow warp moves places, for
-    derivatives."""
+) -> tuple[Floats, GullyLayers, Any]:
+    """The layers' values (layers, N), the gullies among them, and what `surface_parts` gives. bent (3, 3, N): how the
+    narrow warp moves places, for derivatives."""
     v = octaves.noise[FIELDS:].copy()
     ridged = len(model.ridge_column)
     v[:ridged] = ridge(v[:ridged], model.ridge_column)
-    found = _gullies(points, model, octaves, v, added, cut, bent)
+    found, parts = _gullies(points, model, octaves, v, added, cut, bent)
     own = _own(found)
     v[own] += found.share * (found.wave - v[own])
-    return v, found
+    return v, found, parts
 
 
 def _gullies(
@@ -165,15 +163,15 @@ def _gullies(
     added: tuple[Any, Any],
     cut: Valleys | None,
     bent: Floats | None,
-) -> GullyLayers:
-    """Which way is down is said by ranges, the longest relief and valleys of rivers, as if the narrow warp bent
-    nothing."""
+) -> tuple[GullyLayers, Any]:
+    """And what `surface_parts` gives, which no gully changes. Which way is down is said by ranges, the longest relief
+    and valleys of rivers, as if the narrow warp bent nothing."""
     k, w1, first = model.constants, octaves.w[:, 0], slice(0, FALLING_LAYERS)
     c, b = _WEIGHTS @ octaves.noise[:FIELDS]
     sums = model.sums[:, first]
     sa, sb, z = sums @ v[first]
-    height, *by = falling_slopes(k, *w1, c, b, sa, sb, z, *added, z)
-    by_sums, rough = np.stack(by), by[2]
+    height, *by, base, rough, on_land, x = falling_slopes(k, *w1, c, b, sa, sb, z, *added)
+    parts, by_sums, rough = (base, rough, on_land, x), np.stack(by), by[2]
     weights = np.einsum("sk,sn->kn", sums, by_sums)
     crest, bend = crest_slopes(octaves.noise[_DOWN], model.ridge[first, None])
     gradient = octaves.slope[:, _DOWN] if octaves.slope.shape[1] > FALLING_LAYERS else octaves.slope
@@ -205,4 +203,5 @@ def _gullies(
 
     frequency, amplitude_m = 1.0 / model.wavelength_m[FIRST_GULLY:end], model.amplitude_m[FIRST_GULLY:end]
     up = points * (1.0 / model.params.radius_m)
-    return gully_layers(corners, frequency, amplitude_m, falls, up, rough, model.params.erosion, d_falls, bent)
+    found = gully_layers(corners, frequency, amplitude_m, falls, up, rough, model.params.erosion, d_falls, bent)
+    return found, parts

@@ -28,9 +28,9 @@ from .crater_paths import rest_m
 from .height_added import MOST_ROUGH
 from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
-from .height_octaves import BLOCK, noises, ridge_layers
+from .height_octaves import BLOCK, broad_parts, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
-from .height_surface import hypsometry_slope, surface_parts
+from .height_surface import hypsometry_slope
 from .rivers.steepness import Steepness, steepness
 
 __all__ = ["Detail", "Kind", "detail_of", "ground_at", "kinds", "layers_at"]
@@ -194,8 +194,7 @@ def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Flo
 
 def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     model, k = detail.model, detail.model.constants
-    w1, c, b, shapes, z, furrows, valleys = noises(feet, model)
-    base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    (base, rough, on_land, x), z, furrows, valleys = broad_parts(feet, model)
     continents, coasts, hills, ranges = detail.steepness
     kind = np.zeros((kinds(model), len(z)))
     by_x = hypsometry_slope(k, x)

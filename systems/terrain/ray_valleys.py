@@ -8,8 +8,9 @@ product leaves its own by (f + e_f) e_g + g e_f - f' g' / 4. So C rises by what 
     |h - base| e_open + e_base - open' (h - base)' / 4
 
 e_open and e_base: see rivers/steepness.py. Where water's edges may lie on the way, e_base has the slope of the steepest
-banks, up to their height. Above themselves rivers only cut: C rises by no more than the most that they have cut at an end. Ground that dips
-below a river and is raised there, to the river at most, has the slope of the planet's steepest valleys.
+banks, up to their height. Above themselves rivers only cut: C rises by no more than the most that they have cut at an
+end. Ground that dips below a river and is raised there, to the river at most, has the slope of the planet's steepest
+valleys.
 """
 
 from __future__ import annotations

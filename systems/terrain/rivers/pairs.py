@@ -18,7 +18,7 @@ from ....engine.surface.noise import Corners
 from .form import HELD
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = ["Pairs", "bent_by_place", "chosen", "counts", "river_pairs"]
+__all__ = ["Pairs", "bent_by_place", "chosen", "river_pairs"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -34,6 +34,8 @@ class Pairs:
     """(K,) where each of the places that have any begins"""
     near: Indices
     """(K,) those places"""
+    many: Indices
+    """(K,) how many lines each of them has"""
     line: Indices
     """(P,) nodes upstream"""
     value: Floats
@@ -52,14 +54,9 @@ class Pairs:
     """of the warp around the places that have any, (3, 2, K)"""
 
 
-def counts(pairs: Pairs) -> Indices:
-    """(K,) lines that each of the places is held against."""
-    return np.diff(np.append(pairs.first, len(pairs.where)))
-
-
 def chosen(values: Floats, wanted: Floats, pairs: Pairs) -> Indices:
     """(K,) index of the pair that has each place's `wanted` value."""
-    same = values == np.repeat(wanted, counts(pairs))
+    same = values == np.repeat(wanted, pairs.many)
     number = np.where(same, np.arange(len(values)), len(values))
     return np.minimum.reduceat(number, pairs.first)
 
@@ -88,15 +85,15 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
         where, line = where[within], line[within]
         if not where.size:
             return None
-    first, near, number = _groups(where)
+    first, near, many = _groups(where)
 
     here = points.take(near, axis=1)
     bends = table.bends.cells(here)
     bent = here + (table.bend_m[:, None] * bends.vector()).sum(axis=1)
-    up = (here * (1.0 / table.radius_m)).take(number, axis=1)
+    up, bent = (np.repeat(v, many, axis=1) for v in (here * (1.0 / table.radius_m), bent))
     to = table.to.take(line)
     a, b = _places(table, line), _places(table, to)
-    way, from_a = b - a, bent.take(number, axis=1) - a
+    way, from_a = b - a, bent - a
     way = way - up * (up * way).sum(axis=0)
     from_a = from_a - up * (up * from_a).sum(axis=0)
     square = np.maximum((way * way).sum(axis=0), 1e-6)
@@ -111,7 +108,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
     steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
     value = upstream + t * steps
     along, away = np.where(inside, way / square, 0.0), off / np.maximum(d, 1e-9)
-    pairs = Pairs(where, first, near, line, value, steps, d, away, along, np.sqrt(square), bends)
+    pairs = Pairs(where, first, near, many, line, value, steps, d, away, along, np.sqrt(square), bends)
     if not in_reach:
         return pairs
     floor, reach = value[3:5]
@@ -128,10 +125,12 @@ def _places(table: RiverTable, nodes: NDArray[np.int32]) -> Floats:
 
 
 def _groups(where: Indices) -> tuple[Indices, Indices, Indices]:
-    """Of rising numbers (P,): where new ones begin (K,), these (K,), and which of them each is (P,)."""
-    new = np.diff(where, prepend=-1) > 0
-    first = np.flatnonzero(new)
-    return first, where[first], np.cumsum(new) - 1
+    """Of rising numbers (P,): where new ones begin, these, and how often each is there (K,)."""
+    first = np.append(0, np.flatnonzero(where[1:] != where[:-1]) + 1)
+    many = np.empty_like(first)
+    np.subtract(first[1:], first[:-1], out=many[:-1])
+    many[-1] = len(where) - first[-1]
+    return first, where.take(first), many
 
 
 def _within(table: RiverTable, points: Floats, where: Indices, line: NDArray[np.int32]) -> Indices:
@@ -160,8 +159,8 @@ def _part(pairs: Pairs, kept: Indices) -> Pairs | None:
     if len(kept) == len(pairs.d):
         return pairs
     where = pairs.where[kept]
-    first, near, _ = _groups(where)
+    first, near, many = _groups(where)
     still = np.searchsorted(pairs.near, near)
     taken = (pairs.line, pairs.value, pairs.steps, pairs.d, pairs.away, pairs.along, pairs.length_m)
     # np.take, since numpy's own indexing of the last axis leaves it the slowest in memory.
-    return Pairs(where, first, near, *(v.take(kept, axis=-1) for v in taken), pairs.bends.at(still))
+    return Pairs(where, first, near, many, *(v.take(kept, axis=-1) for v in taken), pairs.bends.at(still))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .form import BANK_M, BANK_SHARE, FLOOR_SLOPE, LAKE_NEAR_M2, NEAR_M2, river_open, river_section, river_share
-from .pairs import chosen, counts
+from .pairs import chosen
 from .table import RiverTable
 from .valleys import Valleys
 
@@ -65,7 +65,7 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
         return result
     level, half, depth, floor, reach, lake = pairs.value[:6]
     s_level, _, _, s_floor, s_reach = pairs.steps[:5]
-    at, first, d, many = pairs.near, pairs.first, pairs.d, counts(pairs)
+    at, first, d, many = pairs.near, pairs.first, pairs.d, pairs.many
     heard, by_line = d < reach, 1.0 / pairs.length_m
 
     left = found.open[at]

@@ -24,7 +24,7 @@ from .form import (
     section_slopes,
     share_slopes,
 )
-from .pairs import Pairs, bent_by_place, chosen, counts, river_pairs
+from .pairs import Pairs, bent_by_place, chosen, river_pairs
 from .table import RiverTable
 
 __all__ = ["Valleys", "Waters", "shown_slopes", "valleys", "waters"]
@@ -95,7 +95,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
     mean = level[first]
-    own = level + section - np.repeat(mean, counts(pairs))
+    own = level + section - np.repeat(mean, pairs.many)
     heard = total > 0.0
     off = np.divide(np.add.reduceat(share * own, first), total, out=np.zeros(len(at)), where=heard)
     base[at] = np.where(heard, mean + off, 0.0)
@@ -107,7 +107,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, k))
     reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
     if d_base is not None and d_raised is not None:
-        apart = own - np.repeat(off, counts(pairs))
+        apart = own - np.repeat(off, pairs.many)
         d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, share, apart, total))
         d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, chosen(raises, raised[at], pairs)))
     return found
@@ -161,7 +161,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     def heard_of(values: Floats) -> Floats:
         return np.divide(np.add.reduceat(share * values, pairs.first), total, out=np.zeros(len(at)), where=heard)
 
-    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, counts(pairs))), 0.0)
+    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, pairs.many)), 0.0)
     depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
     edge = np.where(half > 0.0, pairs.d - half, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
