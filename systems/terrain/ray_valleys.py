@@ -44,7 +44,7 @@ class Cut:
     cut_m: Floats
     """How far rivers have moved the ground."""
     steep: Floats
-    """(9, N): see Steepness."""
+    """(11, N): see Steepness."""
 
 
 def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: float) -> Floats:
@@ -58,13 +58,15 @@ def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: 
     worst = np.maximum(a.steep, b.steep)
     turned = length_m * worst[Steepness.BEND]
     half_m = 0.5 * length_m
-    one = length_m * (0.125 * turned + 0.5 * worst[Steepness.KINK])
+    eighth = 0.125 * length_m * length_m
+    one = 0.125 * length_m * turned + np.minimum(half_m * worst[Steepness.KINK], eighth * worst[Steepness.KINK_BEND])
     several = half_m * (worst[Steepness.SIDE] + 0.5 * turned)
     e_open = np.minimum(np.where((line_a == line_b) | out_a | out_b, one, several), 1.0)
 
     wet = length_m * worst[Steepness.EDGE] > _DRY_WAY
     banks_m = np.where(wet, np.minimum(half_m * STEEPEST_BANK, worst[Steepness.BANK_M]), half_m * worst[Steepness.BANK])
     e_base = half_m * worst[Steepness.FLOOR] + banks_m
+    e_base = np.where(wet, e_base, np.minimum(e_base, eighth * worst[Steepness.FLOOR_BEND]))
     most = np.maximum(np.abs(above_a), np.abs(above_b)) + rise
     twisted = np.maximum((a.open - b.open) * (above_b - above_a), 0.0)
     # An end below the river lies under the formula for ground above it.

@@ -50,6 +50,8 @@ class Pairs:
     """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
     length_m: Floats
     """(P,) of the lines"""
+    end_m: Floats
+    """(P,) along the line to its nearest end"""
     bends: Corners
     """of the warp around the places that have any, (3, 2, K)"""
 
@@ -98,7 +100,8 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
     from_a = from_a - up * (up * from_a).sum(axis=0)
     square = np.maximum((way * way).sum(axis=0), 1e-6)
     t = (from_a * way).sum(axis=0) / square
-    inside = (t > 0.0) & (t < 1.0)
+    inside, length_m = (t > 0.0) & (t < 1.0), np.sqrt(square)
+    end_m = np.minimum(np.abs(t), np.abs(1.0 - t)) * length_m
     t = np.clip(t, 0.0, 1.0)
     off = from_a - t * way
     d = np.sqrt((off * off).sum(axis=0))
@@ -108,7 +111,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
     steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
     value = upstream + t * steps
     along, away = np.where(inside, way / square, 0.0), off / np.maximum(d, 1e-9)
-    pairs = Pairs(where, first, near, many, line, value, steps, d, away, along, np.sqrt(square), bends)
+    pairs = Pairs(where, first, near, many, line, value, steps, d, away, along, length_m, end_m, bends)
     if not in_reach:
         return pairs
     floor, reach = value[3:5]
@@ -161,6 +164,6 @@ def _part(pairs: Pairs, kept: Indices) -> Pairs | None:
     where = pairs.where[kept]
     first, near, many = _groups(where)
     still = np.searchsorted(pairs.near, near)
-    taken = (pairs.line, pairs.value, pairs.steps, pairs.d, pairs.away, pairs.along, pairs.length_m)
+    taken = (pairs.line, pairs.value, pairs.steps, pairs.d, pairs.away, pairs.along, pairs.length_m, pairs.end_m)
     # np.take, since numpy's own indexing of the last axis leaves it the slowest in memory.
     return Pairs(where, first, near, many, *(v.take(kept, axis=-1) for v in taken), pairs.bends.at(still))

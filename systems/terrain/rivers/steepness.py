@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .form import BANK_M, BANK_SHARE, FLOOR_SLOPE, LAKE_NEAR_M2, NEAR_M2, river_open, river_section, river_share
-from .pairs import chosen
+from .pairs import Pairs, chosen
 from .table import RiverTable
 from .valleys import Valleys
 
@@ -34,7 +34,7 @@ times the step between corners."""
 
 
 class Steepness(IntEnum):
-    """Rows of `steepness`."""
+    """Rows of `steepness`. What bends makes the ground rise over D metres by D^2 / 8 times that."""
 
     LINE = 0
     """Number of the line that says `open`, -1 outside of valleys."""
@@ -44,63 +44,90 @@ class Steepness(IntEnum):
     """Slope of `open`, 1/m."""
     KINK = 3
     """By how much that may change at an end of the line."""
-    FLOOR = 4
+    KINK_BEND = 4
+    """The same as a bend, for ends come into reach of D as that grows."""
+    FLOOR = 5
     """Slope of the river's own ground, but for banks and beds."""
-    BANK = 5
-    """Slope of these."""
-    BANK_M = 6
+    FLOOR_BEND = 6
+    """How that bends, with banks, 1/m."""
+    BANK = 7
+    """Slope of banks and beds."""
+    BANK_M = 8
     """Metres from the bed to where the bank ends."""
-    EDGE = 7
+    EDGE = 9
     """Inverse of the distance from the nearest water's edge, 1/m."""
-    HELD = 8
+    HELD = 10
     """1 where ground below the river is raised."""
 
 
 def steepness(found: Valleys, table: RiverTable) -> Floats:
-    """(9, N) at the places of `found`: see Steepness; none negative but LINE, and 0 where no valley reaches."""
+    """(11, N) at the places of `found`: see Steepness; none negative but LINE, and 0 where no valley reaches."""
     result = np.zeros((len(Steepness), len(found.base_m)))
     result[Steepness.LINE] = -1.0
     pairs = found.pairs
     if pairs is None:
         return result
-    level, half, depth, floor, reach, lake = pairs.value[:6]
-    s_level, _, _, s_floor, s_reach = pairs.steps[:5]
-    at, first, d, many = pairs.near, pairs.first, pairs.d, pairs.many
-    heard, by_line = d < reach, 1.0 / pairs.length_m
-
-    left = found.open[at]
-    k = chosen(river_open(d, floor, reach), left, pairs)
-    inside = left < 1.0
-    width = reach[k] - floor[k]
-    side = 2.0 / width
-    result[Steepness.LINE, at] = np.where(inside, pairs.line[k], -1.0)
-    result[Steepness.BEND, at] = inside * (side / width * MARGIN**2 + side * _bend_per_m(table))
-    kink = side * (np.abs(s_floor[k]) + np.abs(s_reach[k])) * by_line[k]
-    result[Steepness.KINK, at] = inside * MARGIN * kink
-    # With v the share of the side's width, open = v (2 - v).
-    result[Steepness.SIDE, at] = MARGIN * (side * np.sqrt(np.maximum(1.0 - left, 0.0)) + inside * kink)
-
-    # What a line has to say changes as fast, by what it says: left^2 / (beyond^2 + near).
-    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
-    share, beyond = river_share(d, half, reach, near), np.maximum(d - half, 0.0)
-    turns = 2.0 / np.maximum(reach - d, 1e-9) + 2.0 * beyond / (beyond * beyond + near)
-    apart = np.abs(level + river_section(d, half, depth) - np.repeat(found.base_m[at], many))
-    total = np.add.reduceat(share, first)
-    mixed = np.add.reduceat(share * apart * turns, first)
-    mixed = np.divide(mixed, total, out=np.zeros_like(total), where=total > 0.0)
-    # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
-    bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
-    bed = np.where(d < half, 2.0 * depth / (half + 1e-3), 0.0)
+    at, first = pairs.near, pairs.first
+    half, depth = pairs.value[1:3]
+    heard, beyond = pairs.d < pairs.value[4], np.maximum(pairs.d - half, 0.0)
 
     def largest(values: Floats) -> Floats:
         return np.maximum.reduceat(np.where(heard, values, 0.0), first)
 
-    result[Steepness.FLOOR, at] = MARGIN * (largest(np.abs(s_level) * by_line) + FLOOR_SLOPE + mixed)
+    _sides(result, found, pairs, table)
+    # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
+    bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
+    bed = np.where(pairs.d < half, 2.0 * depth / (half + 1e-3), 0.0)
     result[Steepness.BANK, at] = MARGIN * largest(bank + bed)
     result[Steepness.BANK_M, at] = largest(BANK_M + (1.0 + BANK_SHARE) * depth)
-    result[Steepness.EDGE, at] = largest(1.0 / np.maximum(np.abs(d - half), 1e-9))
+    result[Steepness.EDGE, at] = largest(1.0 / np.maximum(np.abs(pairs.d - half), 1e-9))
     result[Steepness.HELD, at] = found.raised[at] > 0.0
+    _floors(result, found, pairs, bank + bed)
     return result
+
+
+def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> None:
+    """Fills the rows of `open`."""
+    _, _, _, floor, reach, _ = pairs.value[:6]
+    at, left = pairs.near, found.open[pairs.near]
+    k = chosen(river_open(pairs.d, floor, reach), left, pairs)
+    inside = left < 1.0
+    width = reach[k] - floor[k]
+    side, change = 2.0 / width, np.abs(pairs.steps[3:5, k]).sum(axis=0) / pairs.length_m[k]
+    result[Steepness.LINE, at] = np.where(inside, pairs.line[k], -1.0)
+    bend = side / width * MARGIN**2 * (1.0 + 2.0 * change) + side * _bend_per_m(table)
+    result[Steepness.BEND, at] = inside * bend
+    kink = inside * MARGIN * side * change
+    result[Steepness.KINK, at] = kink
+    # No end is in reach of D while that is less than half of the distance from it.
+    result[Steepness.KINK_BEND, at] = kink * 8.0 / np.maximum(pairs.end_m[k], 1e-9)
+    # With v the share of the side's width, open = v (2 - v).
+    result[Steepness.SIDE, at] = MARGIN * side * np.sqrt(np.maximum(1.0 - left, 0.0)) + kink
+
+
+def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats) -> None:
+    """Fills FLOOR and FLOOR_BEND. banks (P,): slopes of each line's own bank and bed."""
+    level, half, depth, _, reach, lake = pairs.value[:6]
+    d, first, at = pairs.d, pairs.first, pairs.near
+    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
+    share, beyond = river_share(d, half, reach, near), np.maximum(d - half, 0.0)
+    total = np.add.reduceat(share, first)
+    share = np.divide(share, np.repeat(total, pairs.many), out=np.zeros_like(share), where=share > 0.0)
+
+    def mean(values: Floats) -> Floats:
+        return np.add.reduceat(share * values, first)
+
+    # What a line has to say changes as fast, by what it says: left^2 / (beyond^2 + near).
+    turns = 2.0 / np.maximum(reach - d, 1e-9) + 2.0 * beyond / (beyond * beyond + near)
+    apart = np.abs(level + river_section(d, half, depth) - np.repeat(found.base_m[at], pairs.many))
+    falls = np.abs(pairs.steps[0]) / pairs.length_m
+    mixed, fall = apart * turns, falls + banks
+    result[Steepness.FLOOR, at] = MARGIN * (mean(mixed + falls) + FLOOR_SLOPE)
+    # One line alone does not bend but at its ends; of several those say more that differ from the mean.
+    others = np.maximum(fall * (1.0 - 2.0 * share) + np.repeat(mean(fall), pairs.many), 0.0)
+    bends = 1.5 * mixed * turns + 2.0 * turns * others + 8.0 * falls / np.maximum(pairs.end_m, 1e-9)
+    bends += 2.0 * banks / np.maximum(beyond, 1e-9)
+    result[Steepness.FLOOR_BEND, at] = MARGIN * mean(bends)
 
 
 def _bend_per_m(table: RiverTable) -> float:
