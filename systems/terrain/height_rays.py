@@ -36,6 +36,8 @@ _TOGETHER = 4096
 """Rays at once."""
 _DOUBT = 0.1
 """A place that is so much of what has not been looked at below the ground is likely to be so in the end."""
+_FEW = ((40, 4), (200, 2))
+"""Up to so many stretches are halved so often before they are looked at."""
 _SMOOTH = 0.25
 """Over so much of the finest layer's wavelength the ground is a parabola."""
 
@@ -132,11 +134,12 @@ class _Search:
         pieces = 2.0 ** np.maximum(np.ceil(np.log2(length / widest)), 0.0)
         level = np.ceil(np.log2(self.stretch * length / pieces)).astype(int)
         before: Detail | None = None
-        for now in range(int(level.max()), -64, -1):
+        now, halvings = int(level.max()), 1
+        while now > -64:
             detail = detail_of(self.model, 2.0**now)
             roots = np.flatnonzero(level == now)
             if before is not None and len(self.a):
-                self._refine(before, detail)
+                self._refine(before, detail, 2**halvings)
             if len(roots):
                 self._enter(roots, length[roots], pieces[roots].astype(np.int64), detail)
             before = detail
@@ -144,6 +147,15 @@ class _Search:
                 self._look(detail)
             elif now <= level.min():
                 return
+            later = level[level < now]
+            halvings = min(self._halvings(), now - int(later.max()) if len(later) else 64)
+            now -= halvings
+
+    def _halvings(self) -> int:
+        """How often stretches are halved before the next look: a look at few costs nearly as much as one at many."""
+        if self.craters is not None:  # whose paths know of halves alone
+            return 1
+        return next((count for most, count in _FEW if len(self.a) <= most), 1)
 
     def _enter(self, rays: Ints, length: Floats, pieces: Ints, detail: Detail) -> None:
         """New stretches: rays (R,) in `pieces` (R,) equal parts."""
@@ -184,11 +196,13 @@ class _Search:
         found.stretch = found.stretch + (part.start or 0)
         self.paths = self.paths.joined(found)
 
-    def _refine(self, before: Detail, detail: Detail) -> None:
-        """Halves all stretches, and looks at all places as the detail does."""
+    def _refine(self, before: Detail, detail: Detail, parts: int) -> None:
+        """Cuts all stretches into parts (with craters, two), and looks at all places as the detail does."""
         places = self.places
-        ray = places.ray[self.a]
-        t = 0.5 * (places.t[self.a] + places.t[self.b])
+        share = np.arange(1, parts) / parts
+        ray = np.repeat(places.ray[self.a], parts - 1)
+        first = places.t[self.a, None]
+        t = (first + share * (places.t[self.b, None] - first)).ravel()
         middle = self._seen(ray, t, detail)
         if detail.layers > before.layers:
             places.z += layers_at(places.feet, before, detail)
@@ -196,9 +210,10 @@ class _Search:
         if self.craters is not None:
             length = (places.t[self.b] - t) * self.stretch
             self.paths, middle.craters = self.paths.halves(self.craters, middle.feet, length, count)
-        new = len(places) + np.arange(count)
+        new = len(places) + np.arange(count * (parts - 1)).reshape(count, -1)
         places.add(middle)
-        self.a, self.b = np.stack([self.a, new], axis=1).ravel(), np.stack([new, self.b], axis=1).ravel()
+        a, b = self.a[:, None], self.b[:, None]
+        self.a, self.b = np.hstack([a, new]).ravel(), np.hstack([new, b]).ravel()
         self._find_craters(before.octaves, detail, slice(0, None))
 
     def _look(self, detail: Detail) -> None:
