@@ -182,7 +182,7 @@ def detail_of(model: Model, length_m: float) -> Detail:
 
 def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """At places (3, N) on the sphere: height (N,) of continents, ranges and map; the detail's layers of relief (N,), by
-    roughness, and the gullies among them (N,); what the ground is like (4, N), see Kind, and with rivers eleven
+    roughness, and the gullies among them (N,); what the ground is like (4, N), see Kind, and with rivers ten
     rows more, see Steepness; and what rivers make of it (3,
     N): their own height, what is left above that, and filled below it."""
     parts = [_ground_at(feet[:, a : a + BLOCK], detail) for a in range(0, feet.shape[1], BLOCK)]

@@ -8,9 +8,8 @@ product leaves its own by (f + e_f) e_g + g e_f - f' g' / 4. So C rises by what 
     |h - base| e_open + e_base - open' (h - base)' / 4
 
 e_open and e_base: see rivers/steepness.py. Where water's edges may lie on the way, e_base has the slope of the steepest
-banks, up to their height. Above themselves rivers only cut: C rises by no more than the most that they have cut at an
-end. Ground that dips below a river and is raised there, to the river at most, has the slope of the planet's steepest
-valleys.
+banks. Above themselves rivers only cut: C rises by no more than the most that they have cut at an end. Ground that dips
+below a river and is raised there, to the river at most, has the slope of the planet's steepest valleys.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class Cut:
     cut_m: Floats
     """How far rivers have moved the ground."""
     steep: Floats
-    """(11, N): see Steepness."""
+    """(10, N): see Steepness."""
 
 
 def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: float) -> Floats:
@@ -64,8 +63,7 @@ def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: 
     e_open = np.minimum(np.where((line_a == line_b) | out_a | out_b, one, several), 1.0)
 
     wet = length_m * worst[Steepness.EDGE] > _DRY_WAY
-    banks_m = np.where(wet, np.minimum(half_m * STEEPEST_BANK, worst[Steepness.BANK_M]), half_m * worst[Steepness.BANK])
-    e_base = half_m * worst[Steepness.FLOOR] + banks_m
+    e_base = half_m * (worst[Steepness.FLOOR] + np.where(wet, STEEPEST_BANK, worst[Steepness.BANK]))
     e_base = np.where(wet, e_base, np.minimum(e_base, eighth * worst[Steepness.FLOOR_BEND]))
     most = np.maximum(np.abs(above_a), np.abs(above_b)) + rise
     twisted = np.maximum((a.open - b.open) * (above_b - above_a), 0.0)

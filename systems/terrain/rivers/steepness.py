@@ -52,16 +52,14 @@ class Steepness(IntEnum):
     """How that bends, with banks, 1/m."""
     BANK = 7
     """Slope of banks and beds."""
-    BANK_M = 8
-    """Metres from the bed to where the bank ends."""
-    EDGE = 9
+    EDGE = 8
     """Inverse of the distance from the nearest water's edge, 1/m."""
-    HELD = 10
+    HELD = 9
     """1 where ground below the river is raised."""
 
 
 def steepness(found: Valleys, table: RiverTable) -> Floats:
-    """(11, N) at the places of `found`: see Steepness; none negative but LINE, and 0 where no valley reaches."""
+    """(10, N) at the places of `found`: see Steepness; none negative but LINE, and 0 where no valley reaches."""
     result = np.zeros((len(Steepness), len(found.base_m)))
     result[Steepness.LINE] = -1.0
     pairs = found.pairs
@@ -79,7 +77,6 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
     bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
     bed = np.where(pairs.d < half, 2.0 * depth / (half + 1e-3), 0.0)
     result[Steepness.BANK, at] = MARGIN * largest(bank + bed)
-    result[Steepness.BANK_M, at] = largest(BANK_M + (1.0 + BANK_SHARE) * depth)
     result[Steepness.EDGE, at] = largest(1.0 / np.maximum(np.abs(pairs.d - half), 1e-9))
     result[Steepness.HELD, at] = found.raised[at] > 0.0
     _floors(result, found, pairs, bank + bed)
