@@ -133,7 +133,7 @@ def gully_layers(
         # What a wave adds to the slope where its phase alone changes.
         steers = rough * (-AMPLITUDE * TURN * amplitude_m[k] * frequency[k])
         pull = share[k] * found.value.imag
-        if d_share is not None and d_wave is not None:
+        if d_falls is not None and d_share is not None and d_wave is not None:
             d_level = d_falls - up[:, None] * np.einsum("an,abn->bn", up, d_falls)
             down = level * inverse
             d_steep = np.einsum("an,abn->bn", down, d_level)

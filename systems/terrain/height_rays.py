@@ -247,8 +247,8 @@ class _Search:
             rise += self.paths.rise(self.craters, reach)
         if self.rivers is not None:
             cut_m, (base_m, left, _) = np.abs(ground - there), places.cut
-            ends = (Cut(ground[k] - base_m[k], base_m[k], left[k], cut_m[k], kind[len(Kind) :, k]) for k in (a, b))
-            rise += valley_rise(*ends, reach, rise, self.rivers.steepest_per_m)
+            ends = Cut(ground - base_m, base_m, left, cut_m, kind[len(Kind) :])
+            rise += valley_rise(ends.at(a), ends.at(b), reach, rise, self.rivers.steepest_per_m)
         ca, cb = places.clearance[a], places.clearance[b]
         keep = before & (np.minimum(ca, cb) < rise)
         if detail.whole:

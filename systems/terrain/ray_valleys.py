@@ -33,7 +33,7 @@ further from both than half of that, and the warp stretches distances twice at m
 
 @dataclass(frozen=True)
 class Cut:
-    """Ends (N,) of stretches."""
+    """Places (N,) where stretches end."""
 
     above_m: Floats
     """Height of the uncarved ground above the river's own; below it negative."""
@@ -44,6 +44,11 @@ class Cut:
     """How far rivers have moved the ground."""
     steep: Floats
     """(10, N): see Steepness."""
+
+    def at(self, which: NDArray[np.int64]) -> Cut:
+        """Some of them."""
+        above_m, base_m, left, cut_m = (v.take(which) for v in (self.above_m, self.base_m, self.open, self.cut_m))
+        return Cut(above_m, base_m, left, cut_m, self.steep.take(which, axis=1))
 
 
 def valley_rise(a: Cut, b: Cut, length_m: Floats, rise: Floats, steepest_per_m: float) -> Floats:

@@ -22,6 +22,7 @@ __all__ = ["Pairs", "bent_by_place", "chosen", "river_pairs"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Nodes = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Pairs:
     """(K,) those places"""
     many: Indices
     """(K,) how many lines each of them has"""
-    line: Indices
+    line: Nodes
     """(P,) nodes upstream"""
     value: Floats
     """(8, P) of the river there"""
@@ -122,7 +123,7 @@ _FEW = 32
 """So few pairs are held against each other as fast as it is known which of them need not be."""
 
 
-def _places(table: RiverTable, nodes: NDArray[np.int32]) -> Floats:
+def _places(table: RiverTable, nodes: Nodes) -> Floats:
     """(3, P) m"""
     return np.multiply(table.place.take(nodes, axis=0).T, table.cell_m / CELL_STEPS, order="C")
 
@@ -136,7 +137,7 @@ def _groups(where: Indices) -> tuple[Indices, Indices, Indices]:
     return first, where.take(first), many
 
 
-def _within(table: RiverTable, points: Floats, where: Indices, line: NDArray[np.int32]) -> Indices:
+def _within(table: RiverTable, points: Floats, where: Indices, line: Nodes) -> Indices:
     """Indices of pairs (P,) whose lines may say something at the place, wherever the warp moves it."""
     place = points.take(where, axis=1)
     a = _places(table, line)
@@ -164,6 +165,12 @@ def _part(pairs: Pairs, kept: Indices) -> Pairs | None:
     where = pairs.where[kept]
     first, near, many = _groups(where)
     still = np.searchsorted(pairs.near, near)
-    taken = (pairs.line, pairs.value, pairs.steps, pairs.d, pairs.away, pairs.along, pairs.length_m, pairs.end_m)
-    # np.take, since numpy's own indexing of the last axis leaves it the slowest in memory.
-    return Pairs(where, first, near, many, *(v.take(kept, axis=-1) for v in taken), pairs.bends.at(still))
+
+    def part(rows: Floats) -> Floats:
+        # By take: what is indexed along its last axis has that as its slowest in memory.
+        return rows.take(kept, axis=-1)
+
+    return Pairs(
+        where, first, near, many, pairs.line.take(kept), part(pairs.value), part(pairs.steps), part(pairs.d),
+        part(pairs.away), part(pairs.along), part(pairs.length_m), part(pairs.end_m), pairs.bends.at(still),
+    )  # fmt: skip
