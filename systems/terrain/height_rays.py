@@ -2,7 +2,8 @@
 
 A stretch is free when both of its ends are clear of the ground by more than E, which bounds how far ground rises above
 the line between them (ray_ground.py). All stretches of all rays of one length are looked at together, and only as
-finely as that length asks for: heights gain layers and craters as stretches get shorter, where there still are any.
+finely as that length asks for: heights gain layers and craters as stretches get shorter, where there still are any. Few
+stretches are cut into more parts than two, since each look has its price.
 What lies behind a place that is surely below the ground is never looked at. Compared with a bound on slopes alone (the
 sphere tracing of Hart 1996), stretches grow faster than the clearance, because E doesn't grow like their length.
 """

@@ -90,11 +90,11 @@ class RiverTable:
         return float(2.0 / (self.values[drawn, 4] - self.values[drawn, 3]).min()) if drawn.any() else 0.0
 
     @cached_property
-    def far_m(self) -> Floats:
+    def far_m(self) -> NDArray[np.float32]:
         """(N,) how far from the lines that begin at nodes they may say something: no line says more beyond its reach,
         or beyond where ground is held back (form.river_raise)."""
         own = np.maximum(self.values[:, 4], self.values[:, 3] + HELD * self.values[:, 4])
-        return np.where(self.to >= 0, np.maximum(own, own[self.to]), 0.0).astype(np.float64)
+        return np.where(self.to >= 0, np.maximum(own, own[self.to]), np.float32(0.0))
 
     @cached_property
     def rows(self) -> Integers:
