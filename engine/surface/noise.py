@@ -185,6 +185,10 @@ class Corners:
             weights = self._few_weights()[:, octaves]
         return Corners(self.fraction[:, octaves], self.gradients[:, :, octaves], weights, self._scratch)
 
+    def at(self, points: NDArray[np.int64]) -> Corners:
+        """The corners of some of the points (copies)."""
+        return Corners(self.fraction.take(points, axis=-1), self.gradients.take(points, axis=-1))
+
     def _few_weights(self) -> Floats:
         """The weight of each corner (8, K, N), for small batches."""
         if self._weights is None:
@@ -210,6 +214,13 @@ class Corners:
             out *= _SCALE
             return out
         scratch = self._scratch or Scratch()
+        out = _interpolate(self._dots(scratch), quintic(f, scratch), scratch)
+        out *= _SCALE
+        return out
+
+    def _dots(self, scratch: Scratch) -> Floats:
+        """Gradients times the way from their corners (8, K, N), in the scratch's memory."""
+        f, g = self.fraction, self.gradients
         e = np.subtract(f, _ONE, out=scratch.array("e", f.shape))
         dot = scratch.array("dot", g.shape[1:])
         t = scratch.array("t", (4, *f.shape[1:]))
@@ -222,9 +233,7 @@ class Corners:
         for side, dx in ((0, f[0]), (1, e[0])):
             np.multiply(g[0, side::2], dx, out=t)
             dot[side::2] += t
-        out = _interpolate(dot, quintic(f, scratch), scratch)
-        out *= _SCALE
-        return out
+        return dot
 
     def vector(self) -> Floats:
         """Vector value noise (3, K, N), each component in (-1, 1): the hash itself, interpolated. For warps."""
@@ -235,20 +244,19 @@ class Corners:
             return out
         scratch = self._scratch or Scratch()
         u = quintic(f, scratch)
-        return np.stack([_interpolate(g, u, scratch) for g in self.gradients]) * GRADIENT_SCALE
+        return _interpolate(self.gradients.swapaxes(0, 1), u, scratch) * GRADIENT_SCALE
 
     def noise_derivative(self) -> tuple[Floats, Floats]:
         """Gradient noise (K, N) and its derivative by the lattice coordinate (3, K, N)."""
         f, g = self.fraction, self.gradients
-        u, du = quintic(f), quintic_slope(f)
-        d = np.stack([f, f - 1.0])
-        dot = np.empty(g.shape[1:])
-        for c in range(8):
-            dot[c] = g[0, c] * d[c & 1, 0] + g[1, c] * d[c >> 1 & 1, 1] + g[2, c] * d[c >> 2, 2]
-        value, slope = _interpolate_slopes(dot, u, du)
+        scratch = self._scratch or Scratch()
+        u = quintic(f)
+        value, slope = _interpolate_slopes(self._dots(scratch), u, quintic_slope(f), scratch)
         for axis in range(3):
-            slope[axis] += _interpolate(g[axis], u)
-        return value * GRADIENT_SCALE, slope * GRADIENT_SCALE
+            slope[axis] += _interpolate(g[axis], u, scratch)
+        value *= _SCALE
+        slope *= _SCALE
+        return value, slope
 
     def noise_hessian(self) -> Floats:
         """Second derivatives (3, 3, K, N) of gradient noise by the lattice coordinate."""
@@ -274,8 +282,8 @@ class Corners:
     def vector_derivative(self) -> tuple[Floats, Floats]:
         """Vector value noise (3, K, N) and its Jacobian [component, axis] (3, 3, K, N) by the lattice coordinate."""
         u, du = quintic(self.fraction), quintic_slope(self.fraction)
-        parts = [_interpolate_slopes(g, u, du) for g in self.gradients]
-        return np.stack([p[0] for p in parts]) * GRADIENT_SCALE, np.stack([p[1] for p in parts]) * GRADIENT_SCALE
+        value, slope = _interpolate_slopes(self.gradients.swapaxes(0, 1), u, du[:, None], self._scratch)
+        return value * GRADIENT_SCALE, slope.swapaxes(0, 1) * GRADIENT_SCALE
 
 
 _FEW = 64
@@ -304,13 +312,13 @@ def quintic_slope(f: Floats) -> Floats:
 
 
 def _interpolate(corners: Floats, u: Floats, scratch: Scratch | None = None) -> Floats:
-    """Trilinear interpolation of `corners` (8, K, N) by weights `u` (3, K, N); the result is a fresh array."""
-    _, octaves, points = corners.shape
+    """Trilinear interpolation of `corners` (8, ..., K, N) by weights `u` (3, K, N); the result is a fresh array."""
+    shape = corners.shape[1:]
     scratch = scratch or Scratch()
-    x = np.subtract(corners[1::2], corners[0::2], out=scratch.array("t", (4, octaves, points)))
+    x = np.subtract(corners[1::2], corners[0::2], out=scratch.array("t", (4, *shape)))
     x *= u[0]
     x += corners[0::2]
-    y = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, octaves, points)))
+    y = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, *shape)))
     y *= u[1]
     y += x[0::2]
     z = y[1] - y[0]
@@ -319,17 +327,36 @@ def _interpolate(corners: Floats, u: Floats, scratch: Scratch | None = None) -> 
     return z
 
 
-def _interpolate_slopes(corners: Floats, u: Floats, du: Floats) -> tuple[Floats, Floats]:
-    """`_interpolate`, and its derivative (3, K, N) through the weights alone."""
-    dx = corners[1::2] - corners[0::2]
-    x = corners[0::2] + u[0] * dx
-    dy = x[1::2] - x[0::2]
-    y = x[0::2] + u[1] * dy
-    dz = y[1] - y[0]
-    sx = dx[0::2] + u[1] * (dx[1::2] - dx[0::2])
-    slope = np.stack([sx[0] + u[2] * (sx[1] - sx[0]), dy[0] + u[2] * (dy[1] - dy[0]), dz])
+def _interpolate_slopes(
+    corners: Floats, u: Floats, du: Floats, scratch: Scratch | None = None
+) -> tuple[Floats, Floats]:
+    """`_interpolate`, and its derivative (3, ..., K, N) through the weights alone: fresh arrays. du: as `u`, to be
+    multiplied with that."""
+    shape = corners.shape[1:]
+    scratch = scratch or Scratch()
+    dx = np.subtract(corners[1::2], corners[0::2], out=scratch.array("dx", (4, *shape)))
+    x = np.multiply(dx, u[0], out=scratch.array("t", (4, *shape)))
+    x += corners[0::2]
+    dy = np.subtract(x[1::2], x[0::2], out=scratch.array("y", (2, *shape)))
+    slope = np.empty((3, *shape))
+    sx = np.subtract(dx[1::2], dx[0::2], out=scratch.array("sx", (2, *shape)))
+    sx *= u[1]
+    sx += dx[0::2]
+    _between(sx[0], sx[1], u[2], slope[0])
+    _between(dy[0], dy[1], u[2], slope[1])
+    y = np.multiply(dy, u[1], out=dy)
+    y += x[0::2]
+    np.subtract(y[1], y[0], out=slope[2])
+    value = slope[2] * u[2]
+    value += y[0]
     slope *= du
-    return y[0] + u[2] * dz, slope
+    return value, slope
+
+
+def _between(a: Floats, b: Floats, share: Floats, out: Floats) -> None:
+    np.subtract(b, a, out=out)
+    out *= share
+    out += a
 
 
 def _hash_corners(base: Floats, scratch: Scratch | None) -> Floats:

@@ -4,9 +4,7 @@ A layer of relief is noise of no direction. Where the ground is steep, water dra
 waves that run along the contour, so that their crests and furrows lie across it. Each layer follows the slope of the
 ground with the longer layers' furrows, so that its own lead into them.
 
-A wave's phase is that of the eight corners of a lattice cell, each with a hashed amplitude and phase of its own, summed
-as complex numbers and divided by their length (phasor noise, Tricard et al. 2019, "Procedural Phasor Noise"; that waves
-follow the slope of what is there already is what erosion filters of shaders do).
+That waves follow the slope of what is there already is what erosion filters of shaders do. The waves: gully_waves.py.
 
 Derivatives are exact but for two things in the turning of the slope: how the ranges' weights change counts as none, and
 valleys as straight.
@@ -20,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.surface.noise import GRADIENT_SCALE, Corners, quintic, quintic_slope
+from ...engine.surface.noise import Corners
+from .gully_waves import ROUND, TURN, Wave, wave_values
 from .height_steps import RIDGE_SLOPE
 
 __all__ = [
@@ -40,7 +39,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 FIRST_GULLY, END_GULLY = 6, 12
 """Layers of relief that may become gullies: 2 km to 64 m on Earth."""
@@ -48,16 +46,12 @@ FALLING_LAYERS = FIRST_GULLY
 """Layers before these say which way is down."""
 AMPLITUDE = 0.3
 """Of waves, in amplitudes of the noise in whose place they stand: their root mean squares are 0.71 and 0.28."""
-TURN = 2.0 * np.pi
-"""Radians of phase by the lattice coordinate: a wave a cell."""
 LEAST, FULL = 0.03, 0.2
 """Slopes from which on there are gullies, and nothing else."""
 WARPED = 1
 """The first of them have the lattice of layers that the narrow warp moves."""
 CREST = 0.15
 """Noise below which a ridged layer says less and less about which way is down: crests are gentle to both sides."""
-ROUND = 0.02
-"""Squared length below which the sum of a cell's waves says little about their phase."""
 
 
 def crest_slopes(n: Floats, share: Floats) -> tuple[Floats, Floats]:
@@ -79,55 +73,6 @@ class GullyLayers:
     """(3, K, N)"""
     d_wave: Floats | None = None
     """(3, K, N)"""
-
-
-class _Wave:
-    """The waves of one layer's cells at N places, by the direction in which they run."""
-
-    def __init__(self, cells: Corners, along: Floats) -> None:
-        f = self._fraction = cells.fraction[:, 0]
-        u = self._u = quintic(f)
-        corners = cells.gradients[:, :, 0] * GRADIENT_SCALE
-        sums: Complex = (corners[0] + 1j * corners[1]).reshape(2, 2, 2, -1)  # z, y, x
-        step = _circle(-TURN * along)
-        sums[:, :, 1] *= step[0]
-        sums[:, 1] *= step[1]
-        sums[1] *= step[2]
-        self._dx = sums[:, :, 1] - sums[:, :, 0]
-        x = sums[:, :, 0] + u[0] * self._dx
-        self._dy = x[:, 1] - x[:, 0]
-        y = x[:, 0] + u[1] * self._dy
-        self._dz = y[1] - y[0]
-        self._total = y[0] + u[2] * self._dz
-        self._along = along
-        self._there = _circle(TURN * (along * f).sum(axis=0))
-        self._length = np.sqrt(self._total.real**2 + self._total.imag**2 + ROUND)
-        self.value = self._total * self._there / self._length
-        """(N,) complex: the wave, and the one a quarter further on"""
-
-    def derivative(self, turning: Floats, bent: Floats | None) -> Complex:
-        """(3, N) of the value by the place, in cells. turning (3, 3, N): of `along` [a] by it [b]. bent (3, 3, N): of
-        the lattice coordinate [a], if a warp moves that."""
-        u, f, total = self._u, self._fraction, self._total
-        by_x = self._dx[:, 0] + u[1] * (self._dx[:, 1] - self._dx[:, 0])
-        by = np.stack(
-            [by_x[0] + u[2] * (by_x[1] - by_x[0]), self._dy[0] + u[2] * (self._dy[1] - self._dy[0]), self._dz]
-        )
-        further = u * (total + (1.0 - u) * by)  # of the corners on the far side along each axis
-        straight, across = by * quintic_slope(f), self._along
-        if bent is not None:
-            straight, across = (np.einsum("abn,an->bn", bent, v) for v in (straight, across))
-        change = straight - (1j * TURN) * np.einsum("jkn,jn->kn", turning, further)
-        whole = change + (1j * TURN) * total * (across + np.einsum("jkn,jn->kn", turning, f))
-        longer = (np.conj(total) * change).real
-        return whole * (self._there / self._length) - self.value * (longer / self._length**2)
-
-
-def _circle(angle: Floats) -> Complex:
-    found = np.empty(angle.shape, dtype=np.complex128)
-    np.cos(angle, out=found.real)
-    np.sin(angle, out=found.imag)
-    return found
 
 
 def gully_layers(
@@ -157,12 +102,22 @@ def gully_layers(
         return whole
     some = at.size < places
     if some:
-        falls, up, rough = falls[:, at], up[:, at], rough[at]
-        d_falls = None if d_falls is None else d_falls[:, :, at]
-        bent = None if bent is None else bent[:, :, at]
+        falls, up, rough = (v.take(at, axis=-1) for v in (falls, up, rough))
+        d_falls = None if d_falls is None else d_falls.take(at, axis=-1)
+        bent = None if bent is None else bent.take(at, axis=-1)
         share, wave = np.empty((count, at.size)), np.empty((count, at.size))
         d_share = None if d_share is None else np.empty((3, count, at.size))
         d_wave = None if d_wave is None else np.empty((3, count, at.size))
+    if d_falls is None:
+        amounts = strength, AMPLITUDE * TURN * amplitude_m * frequency
+
+        def corners(k: int) -> Corners:
+            return layers(k).at(at) if some else layers(k)
+
+        _follow(corners, falls, up, rough, *amounts, share, wave)
+        if some:
+            whole.share[:, at], whole.wave[:, at] = share, wave
+        return whole
     for k in range(count):
         level = falls - up * (up * falls).sum(axis=0)
         steep = np.sqrt((level * level).sum(axis=0))
@@ -170,8 +125,8 @@ def gully_layers(
         along = _cross(up, level) * inverse
         cells = layers(k)
         if some:
-            cells = Corners(cells.fraction[:, :, at], cells.gradients[:, :, :, at])
-        found = _Wave(cells, along)
+            cells = cells.at(at)
+        found = Wave(cells, along)
         t = np.clip((steep - LEAST) * (1.0 / (FULL - LEAST)), 0.0, 1.0)
         share[k] = strength * (t * t * (3.0 - 2.0 * t))
         wave[k] = AMPLITUDE * found.value.real
@@ -194,6 +149,31 @@ def gully_layers(
         if whole.d_share is not None and whole.d_wave is not None:
             whole.d_share[:, :, at], whole.d_wave[:, :, at] = d_share, d_wave
     return whole
+
+
+def _follow(
+    layers: Callable[[int], Corners], falls: Floats, up: Floats, rough: Floats, strength: float, steers: Floats,
+    share: Floats, wave: Floats,
+) -> None:  # fmt: skip
+    """Fills share and wave (K, N), without derivatives: the slope along the ground as two numbers, by axes of which the
+    first points where it falls without gullies. steers (K,): slope by what of each layer turns with its phase."""
+    level = falls - up * np.einsum("an,an->n", up, falls)
+    steep = np.sqrt(np.einsum("an,an->n", level, level))
+    ahead = level * (1.0 / np.maximum(steep, 1e-6))
+    aside, p, q = _cross(up, ahead), steep, np.zeros_like(steep)
+    for k in range(len(share)):
+        t = np.minimum(np.maximum((steep - LEAST) * (1.0 / (FULL - LEAST)), 0.0), 1.0)
+        np.multiply(t * t * (3.0 - 2.0 * t), strength, out=share[k])
+        inverse = 1.0 / np.maximum(steep, 1e-6)
+        a, b = q * -inverse, p * inverse
+        found, pull = wave_values(layers(k), a * ahead + b * aside)
+        np.multiply(found, AMPLITUDE, out=wave[k])
+        if k + 1 < len(share):
+            pull *= share[k]
+            pull *= rough
+            pull *= -steers[k]
+            p, q = p + pull * a, q + pull * b
+            steep = np.sqrt(p * p + q * q)
 
 
 def shader() -> str:

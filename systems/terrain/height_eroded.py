@@ -14,7 +14,7 @@ from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_
 from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import carve_slopes, side_rough, side_rough_slopes, surface_slopes
+from .height_surface import carve_slopes, falling_slopes, side_rough, side_rough_slopes, surface_slopes
 from .rivers.valleys import Valleys, shown_slopes, valleys
 
 __all__ = ["eroded_gradients", "eroded_noises"]
@@ -41,20 +41,18 @@ class _Octaves:
     noise: Floats
     """(FIELDS + layers, N)"""
     slope: Floats
-    """(3, FIELDS + layers, N) by metre, where it was asked for, else of the layers that say which way is down"""
+    """(3, FIELDS + layers, N) by metre, where it was asked for, else (3, FALLING_LAYERS, N)"""
 
 
-def eroded_noises(
-    points: Floats, model: Model
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Valleys | None]:
-    """As height_octaves.noises."""
+def eroded_noises(points: Floats, model: Model) -> tuple[Any, Floats, Floats, Valleys | None, tuple[Any, Any]]:
+    """At points (3, N): what `surface_parts` gives, four of (N,); z (N,); what of it is gullies (N,); valleys of
+    rivers; and `added_heights`."""
     octaves = _octaves(points, model, False)
     cut = None if model.params.rivers is None else valleys(model.params.rivers, points, "open")
-    v, found = _layers(points, model, octaves, added_heights(points, model), cut, None)
-    c, b = _WEIGHTS @ octaves.noise[:FIELDS]
-    sums = model.sums @ v
+    added = added_heights(points, model)
+    v, found, parts = _layers(points, model, octaves, added, cut, None)
     furrows = model.amplitude_m[_own(found)] @ (found.share * found.wave)
-    return octaves.w[:, 0], c, b, sums[:2], sums[2], furrows, cut
+    return parts, model.sums[2] @ v, furrows, cut, added
 
 
 def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
@@ -67,7 +65,7 @@ def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -
     bent_near = jacobian[:, :, 1] * model.warp_m[1]
     for axis in range(3):
         bent_near[axis, axis] += 1.0
-    v, found = _layers(points, model, octaves, (metres, rougher), cut, bent_near)
+    v, found, _ = _layers(points, model, octaves, (metres, rougher), cut, bent_near)
     assert found.d_share is not None and found.d_wave is not None
     bent_far = bent_near + jacobian[:, :, 0] * model.warp_m[0]
     dc, db = (np.einsum("f,afn,abn->bn", w, octaves.slope[:, :FIELDS], bent_far) for w in _WEIGHTS)
@@ -119,11 +117,14 @@ def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
     near = points + w[:, 1] * model.warp_m[1]
     far = near + w[:, 0] * model.warp_m[0]
     layers = model.warped_layers
-    warped = model.warped.cells(np.repeat(np.stack([far, near], axis=1), (FIELDS, layers), axis=1), _WARPED_SCRATCH)
+    where = _WARPED_SCRATCH.array("where", (3, len(model.warped), points.shape[1]))
+    where[:, :FIELDS] = far[:, None]
+    where[:, FIELDS:] = near[:, None]
+    warped = model.warped.cells(where, _WARPED_SCRATCH)
     fine = unwarped.part(slice(2, None))
     end = FIELDS + layers
     noise = np.empty((FIELDS + model.layers, points.shape[1]))
-    slope = np.zeros((3, *noise.shape))
+    slope = np.empty((3, *noise.shape)) if slopes else np.empty((3, FALLING_LAYERS, points.shape[1]))
     if slopes:
         noise[:end], slope[:, :end] = warped.noise_derivative()
         if model.layers > layers:
@@ -132,8 +133,8 @@ def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
         slope[:, end:] *= model.unwarped.frequency[2:, None]
     else:
         noise[:FIELDS] = warped.part(slice(0, FIELDS)).noise()
-        noise[_DOWN], slope[:, _DOWN] = warped.part(_DOWN).noise_derivative()
-        slope[:, _DOWN] *= model.warped.frequency[_DOWN, None]
+        noise[_DOWN], slope[...] = warped.part(_DOWN).noise_derivative()
+        slope *= model.warped.frequency[_DOWN, None]
         noise[_DOWN.stop : end] = warped.part(slice(_DOWN.stop, None)).noise()
         if model.layers > layers:
             noise[end:] = fine.noise()
@@ -142,16 +143,16 @@ def _octaves(points: Floats, model: Model, slopes: bool) -> _Octaves:
 
 def _layers(
     points: Floats, model: Model, octaves: _Octaves, added: tuple[Any, Any], cut: Valleys | None, bent: Floats | None
-) -> tuple[Floats, GullyLayers]:
-    """The layers' values (layers, N), and the gullies among them. bent (3, 3, N): how the narrow warp moves places, for
-    derivatives."""
+) -> tuple[Floats, GullyLayers, Any]:
+    """The layers' values (layers, N), the gullies among them, and what `surface_parts` gives. bent (3, 3, N): how the
+    narrow warp moves places, for derivatives."""
     v = octaves.noise[FIELDS:].copy()
     ridged = len(model.ridge_column)
     v[:ridged] = ridge(v[:ridged], model.ridge_column)
-    found = _gullies(points, model, octaves, v, added, cut, bent)
+    found, parts = _gullies(points, model, octaves, v, added, cut, bent)
     own = _own(found)
     v[own] += found.share * (found.wave - v[own])
-    return v, found
+    return v, found, parts
 
 
 def _gullies(
@@ -162,19 +163,19 @@ def _gullies(
     added: tuple[Any, Any],
     cut: Valleys | None,
     bent: Floats | None,
-) -> GullyLayers:
-    """Which way is down is said by ranges, the longest relief and valleys of rivers, as if the narrow warp bent
-    nothing."""
+) -> tuple[GullyLayers, Any]:
+    """And what `surface_parts` gives, which no gully changes. Which way is down is said by ranges, the longest relief
+    and valleys of rivers, as if the narrow warp bent nothing."""
     k, w1, first = model.constants, octaves.w[:, 0], slice(0, FALLING_LAYERS)
     c, b = _WEIGHTS @ octaves.noise[:FIELDS]
     sums = model.sums[:, first]
     sa, sb, z = sums @ v[first]
-    height, *by, _ = surface_slopes(k, *w1, c, b, sa, sb, z, *added, z)
-    by_sums, rough = np.stack(by[5:8]), by[7]
+    height, *by, base, rough, on_land, x = falling_slopes(k, *w1, c, b, sa, sb, z, *added)
+    parts, by_sums, rough = (base, rough, on_land, x), np.stack(by), by[2]
     weights = np.einsum("sk,sn->kn", sums, by_sums)
     crest, bend = crest_slopes(octaves.noise[_DOWN], model.ridge[first, None])
-    gradient = octaves.slope[:, _DOWN]
-    falls = uncarved = (weights * crest * gradient).sum(axis=1)
+    gradient = octaves.slope[:, _DOWN] if octaves.slope.shape[1] > FALLING_LAYERS else octaves.slope
+    falls = uncarved = np.einsum("kn,akn->an", weights * crest, gradient)
     open_m: Any = 0.0
     if cut is not None:
         _, by_h, _, open_m, _ = carve_slopes(height, cut.base_m, cut.open, cut.raised)
@@ -202,4 +203,5 @@ def _gullies(
 
     frequency, amplitude_m = 1.0 / model.wavelength_m[FIRST_GULLY:end], model.amplitude_m[FIRST_GULLY:end]
     up = points * (1.0 / model.params.radius_m)
-    return gully_layers(corners, frequency, amplitude_m, falls, up, rough, model.params.erosion, d_falls, bent)
+    found = gully_layers(corners, frequency, amplitude_m, falls, up, rough, model.params.erosion, d_falls, bent)
+    return found, parts

@@ -49,19 +49,24 @@ def heights(points: Floats, model: Model) -> Floats:
 
 
 def carved(h: Floats, base: Floats, left: Floats, raised: Floats, furrows: Floats | float) -> Floats:
-    """Heights h (N,) cut by rivers, with gullies on the sides of their valleys; furrows: as `noises` has them."""
+    """Heights h (N,) cut by rivers, with gullies on the sides of their valleys; furrows: as `broad_parts` has them."""
     found = carve(h, base, left, raised)
     return found + side_rough(h, base, left) * furrows
 
 
 def _uncarved(points: Floats, model: Model) -> tuple[Floats, Floats | float, Valleys | None]:
-    w1, c, b, shapes, z, furrows, cut = noises(points, model)
+    k, table = model.constants, model.params.rivers
+    if model.gullied:
+        (base, rough, _, _), z, furrows, cut, (added, rougher) = eroded_noises(points, model)
+        return limit(k, base + (rough + rougher) * z + added), furrows, cut
+    w1, c, b, shapes, z = _noises(points, model)
+    cut = None if table is None else valleys(table, points)
     added, rougher = added_heights(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
-        return np.array([surface(model.constants, *values) for values in zip(*rows, strict=True)]), furrows, cut
-    return surface(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher), furrows, cut
+        return np.array([surface(k, *values) for values in zip(*rows, strict=True)]), 0.0, cut
+    return surface(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1], z, added, rougher), 0.0, cut
 
 
 def anchor_ground(
@@ -88,9 +93,8 @@ def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     The bound is three standard deviations of the relief layers times the roughness there, and the largest slopes of
     ranges, continents, craters and map.
     """
-    w1, c, b, shapes, z, furrows, cut = noises(points, model)
     k = model.constants
-    base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    (base, rough, on_land, x), z, furrows, cut = broad_parts(points, model)
     added, rougher = added_heights(points, model)
     rough = rough + rougher
     slope = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land + model.relief_slope * rough
@@ -115,15 +119,17 @@ STEEPEST_BANK = 0.6
 """Slope of river beds and banks that hardly any exceeds: twice the depth by half the width."""
 
 
-def noises(
+def broad_parts(
     points: Floats, model: Model
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats | float, Valleys | None]:
-    """w1 (3, N), c and b (N,), both parts of s (2, N), z (N,) at points (3, N), what of z is gullies (N,), and valleys
-    of rivers."""
+) -> tuple[tuple[Floats, Floats, Floats, Floats], Floats, Floats | float, Valleys | None]:
+    """What `surface_parts` gives, four of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of
+    rivers."""
     if model.gullied:
-        return eroded_noises(points, model)
+        return eroded_noises(points, model)[:4]
     table = model.params.rivers
-    return *_noises(points, model), 0.0, None if table is None else valleys(table, points)
+    w1, c, b, shapes, z = _noises(points, model)
+    parts = surface_parts(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    return parts, z, 0.0, None if table is None else valleys(table, points)
 
 
 def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -2,7 +2,8 @@
 
 A stretch is free when both of its ends are clear of the ground by more than E, which bounds how far ground rises above
 the line between them (ray_ground.py). All stretches of all rays of one length are looked at together, and only as
-finely as that length asks for: heights gain layers and craters as stretches get shorter, where there still are any.
+finely as that length asks for: heights gain layers and craters as stretches get shorter, where there still are any. Few
+stretches are cut into more parts than two, since each look has its price.
 What lies behind a place that is surely below the ground is never looked at. Compared with a bound on slopes alone (the
 sphere tracing of Hart 1996), stretches grow faster than the clearance, because E doesn't grow like their length.
 """
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 from ...engine.space import ray_sphere_from
 from .crater_paths import CraterPaths, found_along
 from .height import TerrainField
-from .height_octaves import STEEPEST_BANK, carved
+from .height_octaves import carved
 from .height_surface import limit, side_rough
-from .ray_ground import Detail, Kind, detail_of, ground_at, layers_at
+from .ray_ground import Detail, Kind, detail_of, ground_at, kinds, layers_at
+from .ray_valleys import Cut, valley_rise
 
 __all__ = ["raycast"]
 
@@ -35,6 +37,8 @@ _TOGETHER = 4096
 """Rays at once."""
 _DOUBT = 0.1
 """A place that is so much of what has not been looked at below the ground is likely to be so in the end."""
+_FEW = ((40, 4), (200, 2))
+"""Up to so many stretches are halved so often before they are looked at."""
 _SMOOTH = 0.25
 """Over so much of the finest layer's wavelength the ground is a parabola."""
 
@@ -78,9 +82,9 @@ class _Places:
 
     columns = ("ray", "t", "above", "base", "z", "furrows", "craters", "clearance", "kind", "feet", "cut")
 
-    def __init__(self) -> None:
+    def __init__(self, kinds: int) -> None:
         self.ray = np.zeros(0, np.int64)
-        self.feet, self.kind, self.cut = np.zeros((3, 0)), np.zeros((len(Kind), 0)), np.zeros((3, 0))
+        self.feet, self.kind, self.cut = np.zeros((3, 0)), np.zeros((kinds, 0)), np.zeros((3, 0))
         for name in self.columns[1:-3]:
             setattr(self, name, np.zeros(0))
 
@@ -115,7 +119,7 @@ class _Search:
         self.origins, self.directions, self.near, self.end = origins, directions, near, end
         self.stretch = field.radius_m / (field.radius_m + min(field.lowest_m, 0.0))
         self.smooth_m = _SMOOTH * float(self.model.wavelength_m[-1])
-        self.places = _Places()
+        self.places = _Places(kinds(self.model))
         self.a, self.b = np.zeros(0, np.int64), np.zeros(0, np.int64)
         self.paths = CraterPaths.none()
         self.below = np.full(len(near), np.inf)
@@ -131,11 +135,12 @@ class _Search:
         pieces = 2.0 ** np.maximum(np.ceil(np.log2(length / widest)), 0.0)
         level = np.ceil(np.log2(self.stretch * length / pieces)).astype(int)
         before: Detail | None = None
-        for now in range(int(level.max()), -64, -1):
+        now, halvings = int(level.max()), 1
+        while now > -64:
             detail = detail_of(self.model, 2.0**now)
             roots = np.flatnonzero(level == now)
             if before is not None and len(self.a):
-                self._refine(before, detail)
+                self._refine(before, detail, 2**halvings)
             if len(roots):
                 self._enter(roots, length[roots], pieces[roots].astype(np.int64), detail)
             before = detail
@@ -143,6 +148,15 @@ class _Search:
                 self._look(detail)
             elif now <= level.min():
                 return
+            later = level[level < now]
+            halvings = min(self._halvings(), now - int(later.max()) if len(later) else 64)
+            now -= halvings
+
+    def _halvings(self) -> int:
+        """How often stretches are halved before the next look: a look at few costs nearly as much as one at many."""
+        if self.craters is not None:  # whose paths know of halves alone
+            return 1
+        return next((count for most, count in _FEW if len(self.a) <= most), 1)
 
     def _enter(self, rays: Ints, length: Floats, pieces: Ints, detail: Detail) -> None:
         """New stretches: rays (R,) in `pieces` (R,) equal parts."""
@@ -159,7 +173,7 @@ class _Search:
 
     def _seen(self, ray: Ints, t: Floats, detail: Detail) -> _Places:
         """Places with their ground, but for craters."""
-        found = _Places()
+        found = _Places(kinds(self.model))
         p = (self.origins[ray] + t[:, None] * self.directions[ray]).T
         away = np.maximum(np.sqrt((p * p).sum(axis=0)), 1e-9)
         found.ray, found.t, found.above = ray, t, away - self.field.radius_m
@@ -183,11 +197,13 @@ class _Search:
         found.stretch = found.stretch + (part.start or 0)
         self.paths = self.paths.joined(found)
 
-    def _refine(self, before: Detail, detail: Detail) -> None:
-        """Halves all stretches, and looks at all places as the detail does."""
+    def _refine(self, before: Detail, detail: Detail, parts: int) -> None:
+        """Cuts all stretches into parts (with craters, two), and looks at all places as the detail does."""
         places = self.places
-        ray = places.ray[self.a]
-        t = 0.5 * (places.t[self.a] + places.t[self.b])
+        share = np.arange(1, parts) / parts
+        ray = np.repeat(places.ray[self.a], parts - 1)
+        first = places.t[self.a, None]
+        t = (first + share * (places.t[self.b, None] - first)).ravel()
         middle = self._seen(ray, t, detail)
         if detail.layers > before.layers:
             places.z += layers_at(places.feet, before, detail)
@@ -195,9 +211,10 @@ class _Search:
         if self.craters is not None:
             length = (places.t[self.b] - t) * self.stretch
             self.paths, middle.craters = self.paths.halves(self.craters, middle.feet, length, count)
-        new = len(places) + np.arange(count)
+        new = len(places) + np.arange(count * (parts - 1)).reshape(count, -1)
         places.add(middle)
-        self.a, self.b = np.stack([self.a, new], axis=1).ravel(), np.stack([new, self.b], axis=1).ravel()
+        a, b = self.a[:, None], self.b[:, None]
+        self.a, self.b = np.hstack([a, new]).ravel(), np.hstack([new, b]).ravel()
         self._find_craters(before.octaves, detail, slice(0, None))
 
     def _look(self, detail: Detail) -> None:
@@ -225,13 +242,14 @@ class _Search:
         before = places.t[a] < np.minimum(self.doubtful, self.below)[places.ray[a]]
         length = places.t[b] - places.t[a]
         reach = length * self.stretch
-        rise = detail.rise(reach, np.maximum(kind[:, a], kind[:, b]))
+        own = kind[: len(Kind)]
+        rise = detail.rise(reach, np.maximum(own[:, a], own[:, b]))
         if self.craters is not None:
             rise += self.paths.rise(self.craters, reach)
         if self.rivers is not None:
-            cut_m, base_m = np.abs(ground - there), np.abs(ground - places.cut[0])
-            slope = self.rivers.steepest_per_m * (np.maximum(base_m[a], base_m[b]) + rise) + STEEPEST_BANK
-            rise += np.minimum(np.maximum(cut_m[a], cut_m[b]), 0.5 * reach * slope)
+            cut_m, (base_m, left, _) = np.abs(ground - there), places.cut
+            ends = Cut(ground - base_m, base_m, left, cut_m, kind[len(Kind) :])
+            rise += valley_rise(ends.at(a), ends.at(b), reach, rise, self.rivers.steepest_per_m)
         ca, cb = places.clearance[a], places.clearance[b]
         keep = before & (np.minimum(ca, cb) < rise)
         if detail.whole:

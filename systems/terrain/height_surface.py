@@ -110,6 +110,10 @@ side_rough_slopes = _MADE.python(_SLOPES["side_rough"])
 """(the inputs of `side_rough`) -> the roughness and its derivatives by them."""
 surface_slopes = _MADE.python(_SLOPES["surface"])
 """(k, the inputs of `surface`, seen_z) -> the height, its derivatives by the inputs, and on_land."""
+_PARTS = ("base", "rough", "on_land", "x")
+_FALLING = _MADE["surface"].slopes({}, _PARTS)
+falling_slopes = _MADE.python(_FALLING.only("falling_slopes", ["value", "by_sa", "by_sb", "by_z", *_PARTS]))
+"""(k, the inputs of `surface`) -> the height, its derivatives by what may be steep, and what `surface_parts` gives."""
 
 
 def shader() -> str:

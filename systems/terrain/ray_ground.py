@@ -5,9 +5,8 @@ plus
 
     E(D) = sum of slope min(D / 2, D^2 / width) + rough e(D) + craters(D) + D^2 / (8 r)
 
-Rivers and gullies: all layers are looked at where some are gullies, since these follow the longer ones. Below uncarved
-ground rivers only cut: over a stretch whose ends they have cut by c at most ground rises by the least of c and D / 2
-times the valleys' slope more.
+Rivers and gullies: all layers are looked at where some are gullies, since these follow the longer ones. What valleys
+add is in ray_valleys.py.
 
 The sum is over continents, ranges and map: slope: how steep each gets about the two ends; width: over how much of the
 way it bends. rough: multiplier of the relief layers; e(D): of these together, four standard deviations, where layers
@@ -29,11 +28,12 @@ from .crater_paths import rest_m
 from .height_added import MOST_ROUGH
 from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
-from .height_octaves import BLOCK, noises, ridge_layers
+from .height_octaves import BLOCK, broad_parts, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
-from .height_surface import hypsometry_slope, surface_parts
+from .height_surface import hypsometry_slope
+from .rivers.steepness import Steepness, steepness
 
-__all__ = ["Detail", "Kind", "detail_of", "ground_at", "layers_at"]
+__all__ = ["Detail", "Kind", "detail_of", "ground_at", "kinds", "layers_at"]
 
 Floats = NDArray[np.float64]
 
@@ -84,13 +84,13 @@ class Detail:
     places by s times the least of D / 2, D^2 / width and most."""
 
     def rise(self, length_m: Floats, kind: Floats) -> Floats:
-        """E (N,) over lengths (N,) between length_m / 2 and length_m, for ground of `kind` (4, N), without the craters
-        that are looked at."""
+        """E (N,) over lengths (N,) between length_m / 2 and length_m, for ground of `kind`, without the craters that
+        are looked at, and as if there were no valleys."""
         d = length_m
         part = np.clip(d * (2.0 / self.length_m) - 1.0, 0.0, 1.0)
         relief = self.relief_m[0] + part * (self.relief_m[1] - self.relief_m[0])
         rise = kind[Kind.ROUGH] * relief
-        for steep, (width, most) in zip(kind[1:], self.broad_m, strict=True):
+        for steep, (width, most) in zip(kind[Kind.CONTINENTS : len(Kind)], self.broad_m, strict=True):
             rise += steep * np.minimum(d * np.minimum(0.5, d * (1.0 / width)), most)
         rise += d * d * (0.125 / self.model.params.radius_m)
         rise += self.craters_up_m
@@ -155,6 +155,11 @@ def _detail(model: _Same, length_m: float) -> Detail:
     )
 
 
+def kinds(model: Model) -> int:
+    """Rows of what `ground_at` says the ground is like."""
+    return len(Kind) + (0 if model.params.rivers is None else len(Steepness))
+
+
 class _Same:
     """A model as a key: equal only to itself."""
 
@@ -177,7 +182,8 @@ def detail_of(model: Model, length_m: float) -> Detail:
 
 def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """At places (3, N) on the sphere: height (N,) of continents, ranges and map; the detail's layers of relief (N,), by
-    roughness, and the gullies among them (N,); what the ground is like (4, N), see Kind; and what rivers make of it (3,
+    roughness, and the gullies among them (N,); what the ground is like (4, N), see Kind, and with rivers ten
+    rows more, see Steepness; and what rivers make of it (3,
     N): their own height, what is left above that, and filled below it."""
     parts = [_ground_at(feet[:, a : a + BLOCK], detail) for a in range(0, feet.shape[1], BLOCK)]
     if len(parts) == 1:
@@ -188,10 +194,9 @@ def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Flo
 
 def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     model, k = detail.model, detail.model.constants
-    w1, c, b, shapes, z, furrows, valleys = noises(feet, model)
-    base, rough, on_land, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    (base, rough, on_land, x), z, furrows, valleys = broad_parts(feet, model)
     continents, coasts, hills, ranges = detail.steepness
-    kind = np.zeros((len(Kind), len(z)))
+    kind = np.zeros((kinds(model), len(z)))
     by_x = hypsometry_slope(k, x)
     kind[Kind.CONTINENTS] = continents * by_x
     kind[Kind.RANGES] = coasts * by_x + hills + ranges * on_land
@@ -204,8 +209,10 @@ def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Fl
     kind[Kind.ROUGH] = rough
     cut = np.zeros((3, len(z)))
     cut[1] = 1.0
-    if valleys is not None:
+    table = model.params.rivers
+    if valleys is not None and table is not None:
         cut[:] = valleys.base_m, valleys.open, valleys.raised
+        kind[len(Kind) :] = steepness(valleys, table)
     return base, z, np.broadcast_to(furrows, z.shape), kind, cut
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ....engine.surface.noise import Lattice, octave_offset
 from ....engine.table_cache import TableCache
+from .form import HELD
 from .node_arrays import RiverNodes
 
 __all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_cell_m", "river_table"]
@@ -87,6 +88,31 @@ class RiverTable:
         """The largest share of a height above the river that is gained a metre away from it."""
         drawn = self.to >= 0
         return float(2.0 / (self.values[drawn, 4] - self.values[drawn, 3]).min()) if drawn.any() else 0.0
+
+    @cached_property
+    def far_m(self) -> NDArray[np.float32]:
+        """(N,) how far from the lines that begin at nodes they may say something: no line says more beyond its reach,
+        or beyond where ground is held back (form.river_raise)."""
+        own = np.maximum(self.values[:, 4], self.values[:, 3] + HELD * self.values[:, 4])
+        return np.where(self.to >= 0, np.maximum(own, own[self.to]), np.float32(0.0))
+
+    @cached_property
+    def rows(self) -> Integers:
+        """(2^20 + 1,) where in `keys` those with equal z and y begin: nearer to what is looked for than all of them."""
+        return np.searchsorted(self.keys, np.arange(2**20 + 1, dtype=np.int64) << 10).astype(np.int32)
+
+    def cells_at(self, keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Which of the cells (N,) have lines (K,), and their numbers among all that have (K,)."""
+        if not len(self.keys):
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        row = keys >> 10
+        low, high = (self.rows.take(row + k).astype(np.int64) for k in (0, 1))
+        for _ in range(int((high - low).max(initial=0)).bit_length()):
+            middle = (low + high) >> 1
+            below = self.keys.take(middle, mode="clip") < keys
+            low, high = np.where(below, middle + 1, low), np.where(below, high, middle)
+        near = np.flatnonzero(self.keys.take(low, mode="clip") == keys)
+        return near, low[near]
 
     @cached_property
     def half_width_m(self) -> NDArray[np.float32]:

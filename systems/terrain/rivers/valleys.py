@@ -1,7 +1,6 @@
 """What rivers make of the ground at places, in float64: the twin of assets/shaders/terrain/rivers.glsl.
 
-A place is moved by the warp that bends lines, and held against the straight lines of its cell. Distances count along
-the ground: what points up or down is taken away.
+A place is held against the lines about it (pairs.py), and each says what it makes of the ground there (form.py).
 """
 
 from __future__ import annotations
@@ -25,7 +24,8 @@ from .form import (
     section_slopes,
     share_slopes,
 )
-from .table import CELL_STEPS, RiverTable, cell_keys
+from .pairs import Pairs, bent_by_place, chosen, river_pairs
+from .table import RiverTable
 
 __all__ = ["Valleys", "Waters", "shown_slopes", "valleys", "waters"]
 
@@ -48,6 +48,8 @@ class Valleys:
     d_base: Floats | None = None
     d_open: Floats | None = None
     d_raised: Floats | None = None
+    pairs: Pairs | None = None
+    """what was held against what; None where no line is near"""
 
 
 @dataclass(frozen=True)
@@ -62,30 +64,6 @@ class Waters:
     """(N,) of the bed below the level, 0 where dry"""
     current_m_s: Floats
     """(3, N)"""
-
-
-@dataclass(frozen=True)
-class _Pairs:
-    """Places and lines that are held against each other, P in all, sorted by place."""
-
-    where: NDArray[np.int64]
-    """(P,) indices of places"""
-    first: NDArray[np.int64]
-    """(K,) where each of the places that have any begins"""
-    near: NDArray[np.int64]
-    """(K,) those places"""
-    line: NDArray[np.int64]
-    """(P,) nodes upstream"""
-    value: Floats
-    """(8, P) of the river there"""
-    steps: Floats
-    """(8, P) of these along the whole line"""
-    d: Floats
-    """(P,) m"""
-    away: Floats
-    """(3, P) unit, from the line to the place, level"""
-    along: Floats
-    """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
 
 
 def shown_slopes(cut: Valleys, footprint_m: Floats | None) -> tuple[Floats, Floats, Floats]:
@@ -105,8 +83,8 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     d_open = None if slopes == "none" else np.zeros((3, count))
     d_base, d_raised = (np.zeros((3, count)) if slopes == "all" else None for _ in range(2))
     reach_m = np.zeros(count)
-    found = Valleys(base, left, raised, reach_m, d_base, d_open, d_raised)
-    pairs = _pairs(table, points)
+    pairs = river_pairs(table, points)
+    found = Valleys(base, left, raised, reach_m, d_base, d_open, d_raised, pairs)
     if pairs is None:
         return found
     level, half, depth, floor, reach, lake = pairs.value[:6]
@@ -117,25 +95,25 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
     mean = level[first]
-    own = level + section - np.repeat(mean, _counts(pairs))
+    own = level + section - np.repeat(mean, pairs.many)
     heard = total > 0.0
     off = np.divide(np.add.reduceat(share * own, first), total, out=np.zeros(len(at)), where=heard)
     base[at] = np.where(heard, mean + off, 0.0)
     left[at], raised[at] = np.minimum.reduceat(opens, first), np.maximum.reduceat(raises, first)
     if d_open is None:
         return found
-    turned = _turned(table, points, at)
-    chosen = _chosen(opens, left[at], pairs)
-    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, chosen))
-    reach_m[at] = np.where(left[at] < 1.0, reach[chosen], 0.0)
+    turned = bent_by_place(table, pairs)
+    k = chosen(opens, left[at], pairs)
+    d_open[:, at] = np.einsum("abn,an->bn", turned, _d_open(pairs, k))
+    reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
     if d_base is not None and d_raised is not None:
-        apart = own - np.repeat(off, _counts(pairs))
+        apart = own - np.repeat(off, pairs.many)
         d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, share, apart, total))
-        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, _chosen(raises, raised[at], pairs)))
+        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, chosen(raises, raised[at], pairs)))
     return found
 
 
-def _d_base(pairs: _Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
+def _d_base(pairs: Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
     """(3, K) by the bent place. apart: of what each line says from the mean."""
     _, half, depth, _, reach, lake = pairs.value[:6]
     s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
@@ -148,7 +126,7 @@ def _d_base(pairs: _Pairs, share: Floats, apart: Floats, total: Floats) -> Float
     return np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
 
 
-def _d_open(pairs: _Pairs, k: NDArray[np.int64]) -> Floats:
+def _d_open(pairs: Pairs, k: NDArray[np.int64]) -> Floats:
     """(3, K) by the bent place, of the pairs that say it."""
     floor, reach = pairs.value[3:5, k]
     s_floor, s_reach = pairs.steps[3:5, k]
@@ -156,7 +134,7 @@ def _d_open(pairs: _Pairs, k: NDArray[np.int64]) -> Floats:
     return opens[1] * pairs.away[:, k] + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along[:, k]
 
 
-def _d_raised(pairs: _Pairs, m: NDArray[np.int64]) -> Floats:
+def _d_raised(pairs: Pairs, m: NDArray[np.int64]) -> Floats:
     """(3, K) by the bent place, of the pairs that say it."""
     _, half, _, floor, reach, lake = pairs.value[:6, m]
     _, s_half, _, s_floor, s_reach = pairs.steps[:5, m]
@@ -170,7 +148,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     count = points.shape[1]
     level, beyond = np.zeros(count), np.full(count, np.inf)
     depth, current = np.zeros(count), np.zeros((3, count))
-    pairs = _pairs(table, points)
+    pairs = river_pairs(table, points, False)
     if pairs is None:
         return Waters(level, beyond, depth, current)
     height, half, deep, _, reach, lake, discharge = pairs.value[:7]
@@ -183,7 +161,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     def heard_of(values: Floats) -> Floats:
         return np.divide(np.add.reduceat(share * values, pairs.first), total, out=np.zeros(len(at)), where=heard)
 
-    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, _counts(pairs))), 0.0)
+    level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, pairs.many)), 0.0)
     depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
     edge = np.where(half > 0.0, pairs.d - half, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
@@ -192,7 +170,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     # Mean speed through the section, twice that in its middle, none at the edge or in a lake.
     speed = np.where(half > 0.0, discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), 0.0) * (1.0 - lake)
     speed = np.minimum(speed, _FASTEST_M_S) * 1.5 * (1.0 - inside * inside)
-    strongest = _chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
+    strongest = chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
     pull = pairs.along[:, strongest]
     length = np.sqrt((pull * pull).sum(axis=0))
     current[:, at] = pull / np.maximum(length, 1e-12) * speed[strongest]
@@ -200,61 +178,3 @@ def waters(table: RiverTable, points: Floats) -> Waters:
 
 
 _FASTEST_M_S = 5.0
-
-
-def _counts(pairs: _Pairs) -> NDArray[np.int64]:
-    return np.diff(np.append(pairs.first, len(pairs.where)))
-
-
-def _chosen(values: Floats, wanted: Floats, pairs: _Pairs) -> NDArray[np.int64]:
-    """(K,) index of the pair that has each place's `wanted` value."""
-    same = values == np.repeat(wanted, _counts(pairs))
-    number = np.where(same, np.arange(len(values)), len(values))
-    return np.minimum.reduceat(number, pairs.first)
-
-
-def _pairs(table: RiverTable, points: Floats) -> _Pairs | None:
-    place = points * (1.0 / table.cell_m)
-    cell = np.floor(place).astype(np.int64)
-    keys = cell_keys(cell)
-    slot = np.searchsorted(table.keys, keys)
-    slot = np.minimum(slot, max(len(table.keys) - 1, 0))
-    near = np.flatnonzero(table.keys[slot] == keys) if len(table.keys) else np.empty(0, dtype=np.int64)
-    if not near.size:
-        return None
-    begin = table.begin[slot[near]].astype(np.int64)
-    many = table.begin[slot[near] + 1] - begin
-    first = np.concatenate([[0], np.cumsum(many)[:-1]])
-    line = table.lines[np.repeat(begin - first, many) + np.arange(int(many.sum()))].astype(np.int64)
-    where = np.repeat(near, many)
-    to = table.to[line].astype(np.int64)
-
-    bent = points[:, near] + (table.bend_m[:, None] * table.bends.cells(points[:, near]).vector()).sum(axis=1)
-    up = points[:, near] * (1.0 / table.radius_m)
-    bent, up = np.repeat(bent, many, axis=1), np.repeat(up, many, axis=1)
-    step_m = table.cell_m / CELL_STEPS
-    a, b = table.place[line].T * step_m, table.place[to].T * step_m
-    way, from_a = b - a, bent - a
-    way = way - up * (up * way).sum(axis=0)
-    from_a = from_a - up * (up * from_a).sum(axis=0)
-    square = np.maximum((way * way).sum(axis=0), 1e-6)
-    t = (from_a * way).sum(axis=0) / square
-    inside = (t > 0.0) & (t < 1.0)
-    t = np.clip(t, 0.0, 1.0)
-    off = from_a - t * way
-    d = np.sqrt((off * off).sum(axis=0))
-    upstream, downstream = table.values[line].T.astype(np.float64), table.values[to].T.astype(np.float64)
-    steps = downstream - upstream
-    # Of a lake are lines between two of its nodes.
-    steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
-    along = np.where(inside, way / square, 0.0)
-    return _Pairs(where, first, near, line, upstream + t * steps, steps, d, off / np.maximum(d, 1e-9), along)
-
-
-def _turned(table: RiverTable, points: Floats, near: NDArray[np.int64]) -> Floats:
-    """(3, 3, K): how the bent place changes [a] with the place [b]."""
-    _, jacobian = table.bends.cells(points[:, near]).vector_derivative()
-    turned = (jacobian * (table.bends.frequency * table.bend_m)[:, None]).sum(axis=2)
-    for axis in range(3):
-        turned[axis, axis] += 1.0
-    return turned
