@@ -389,7 +389,7 @@ class CoverQuality:
         64,
         4096,
         "",
-        "Side of the map of their shadows, which reaches as far as they do, and no farther than 300 m",
+        "Side of the map of their shadows, which reaches as far as they do, and no farther than 600 m",
         cost="memory, and time when trees come or go, with its square",
         power_of_two=True,
     )

@@ -102,7 +102,7 @@ def plants_in(plots: Sequence[Plot], ground: GrowingGround, growing: Growing, co
     level, edge = plots[0].level, float(cell_edge_m(plots[0].level, ground.radius_m))
     coarse = _Coarse.of(cells, level, ground, growing)
     woody = np.flatnonzero(coarse.woods.any(axis=(1, 2)))
-    count = max(int(round(edge / cover.spacing_m)), 1)
+    count = max(round(edge / cover.spacing_m), 1)
     a, b = (c.ravel() for c in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
     which, face, i, j = (np.repeat(c, len(a)) for c in (woody, *cells[woody].T))
     number, a, b = (np.tile(c, len(woody)) for c in (np.arange(len(a)), a, b))

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .height_model import Model
-from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of, noises
+from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of, widest_noise
 from .height_params import TerrainParams
 from .height_relief import relief_statistics
 from .height_steps import layer_weight
@@ -155,7 +155,12 @@ class TerrainField:
         terrain/height.glsl, without craters."""
         if self.params.colored:
             return np.full(len(directions), COLORED_MOISTURE)
-        w1 = noises(np.ascontiguousarray(directions.T) * self.radius_m, self.model)[0]
+        points = np.ascontiguousarray(directions.T) * self.radius_m
+        w1 = np.concatenate(
+            [widest_noise(points[:, a : a + BLOCK], self.model) for a in range(0, points.shape[1], BLOCK)]
+            or [np.zeros((3, 0))],
+            axis=1,
+        )
         return np.clip(0.5 - 0.6 * w1[2] + 0.2 * w1[1], 0.0, 1.0)
 
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]:

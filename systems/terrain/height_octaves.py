@@ -132,6 +132,11 @@ def broad_parts(
     return parts, z, 0.0, None if table is None else valleys(table, points)
 
 
+def widest_noise(points: Floats, model: Model) -> Floats:
+    """w1 (3, N) at points (3, N): where belts, hills and moisture are."""
+    return _noises(points, model)[0].copy()
+
+
 def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     corners = model.unwarped.cells(points, _SCRATCH)
     w = corners.part(_WARPS).vector()
