@@ -91,7 +91,8 @@ NOTHING = Plants(
 
 def plot_level(radius_m: float) -> int:
     """The level of the lattice whose cells are nearest to PLOT_M."""
-    return int(np.clip(round(np.log2(cell_edge_m(0, radius_m) / PLOT_M)), 0, FULL_BITS - 8))
+    level = float(np.log2(cell_edge_m(0, radius_m) / PLOT_M))
+    return min(max(round(level), 0), FULL_BITS - 8)
 
 
 def plants_in(plots: Sequence[Plot], ground: GrowingGround, growing: Growing, cover: Cover, seed: int) -> list[Plants]:
@@ -112,7 +113,8 @@ def plants_in(plots: Sequence[Plot], ground: GrowingGround, growing: Growing, co
     steepest = np.tan(np.deg2rad(cover.steepest_deg))
     share = woods * cover.density * ramp(steepest, 0.7 * steepest, slope) * _groups(face, i + u, j + v, edge, woods)
     on = np.flatnonzero(chance[2] < share)
-    which, face, i, j, number, u, v, woods = (c[on] for c in (which, face, i, j, number, u, v, woods))
+    which, face, i, j, number = (c[on] for c in (which, face, i, j, number))
+    u, v, woods = (c[on] for c in (u, v, woods))
     chance = chance[:, on]
     scale = 2.0 ** (FULL_BITS - level)
     direction = direction_of(face, (i + u) * scale, (j + v) * scale).reshape(-1, 3)

@@ -52,6 +52,10 @@ VIEWS = [
     "delta",
     "canyon",
     "ranges",
+    "forest",
+    "meadow",
+    "treeline",
+    "canopy",
 ]
 
 
@@ -129,7 +133,7 @@ def test_unknown_names():
         pf.load_scene("erth")
     assert str(info.value) == (
         "no planet 'erth'; did you mean 'earth'? planets: asteroid, earth, earth_moon, hazy, mars, mars_moons, moon, "
-        "small. A path to a TOML file works as well"
+        "small, woods. A path to a TOML file works as well"
     )
     with pytest.raises(pf.PresetError, match=r"nix\.toml: no such file"):
         pf.load_scene("nix.toml")

@@ -258,6 +258,15 @@ SEVERAL_PICTURES: tuple[Picture, ...] = (
 )
 """Of scenes with several planets."""
 
+COVER_PICTURES: tuple[Picture, ...] = (
+    Picture("cover/forest", "woods", "forest"),
+    Picture("cover/canopy", "woods", "canopy"),
+    Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
+    Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
+    Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
+)
+"""Trees: under them and over them, where they end, none, and without their shadows."""
+
 
 def shaded(key: str, view: str, value: int) -> Picture:
     """A quality knob of shading, at one of its values."""
@@ -290,7 +299,7 @@ SHADED_PICTURES = tuple(shaded(key, view, coarse) for key, (view, _, coarse) in 
 
 GOLDENS: tuple[Picture, ...] = (
     *VIEW_PICTURES, *KNOB_PICTURES, *SHADED_PICTURES, *CLOUD_PICTURES, *KIND_PICTURES, *SEVERAL_PICTURES,
-    *PAPER_PICTURES,
+    *COVER_PICTURES, *PAPER_PICTURES,
 )  # fmt: skip
 
 

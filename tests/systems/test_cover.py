@@ -1,0 +1,223 @@
+"""Trees: where they stand, that they are drawn there, what they shade, and that nothing is there without them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planetfall as pf
+from planetfall.engine.frame.gbuffer import Surface
+from planetfall.engine.surface.lattice import cell_edge_m
+from planetfall.systems.cover.chance import draws, patches
+from planetfall.systems.cover.near import plots_within
+from planetfall.systems.cover.stand import plot_level
+
+EARTH_M = 6.371e6
+PLACE = (9.9122, 38.11012)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    with pf.load_scene("woods") as found:
+        found.planet[pf.Terrain].rivers = 0.0  # nobody waits for them
+        found.planet.remove(pf.Clouds)
+        yield found
+
+
+@pytest.fixture(scope="module")
+def sampler(scene):
+    return pf.CoverSampler(scene)
+
+
+def direction(latitude_deg: float, longitude_deg: float) -> np.ndarray:
+    a, b = np.deg2rad([latitude_deg, longitude_deg])
+    return np.array([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)])
+
+
+def test_chance_is_uniform_and_independent():
+    i, j = (c.ravel() for c in np.meshgrid(np.arange(200), np.arange(200), indexing="ij"))
+    found = draws(5, 2, i, j, 3)
+    assert found.min() >= 0.0 and found.max() < 1.0
+    # Standard errors of 40 000 draws: 0.0014 of the mean, 0.005 of a correlation.
+    assert abs(found.mean(axis=1) - 0.5).max() < 0.006
+    beside = found[0].reshape(200, 200)
+    pairs = [np.corrcoef(found)[0, 1], np.corrcoef(found)[1, 2]]
+    pairs += [np.corrcoef(beside[:-1].ravel(), beside[1:].ravel())[0, 1]]
+    assert max(abs(p) for p in pairs) < 0.02
+    assert not np.array_equal(found, draws(6, 2, i, j, 3)) and not np.array_equal(found, draws(5, 3, i, j, 3))
+
+
+def test_patches_are_smooth_across_their_cells():
+    x = np.array([3.0 - 1e-9, 3.0 + 1e-9])
+    near = patches(7, np.zeros(2, np.int64), x, np.full(2, 1.4))
+    assert abs(near[1] - near[0]) < 1e-8
+
+
+def test_plots_hold_the_circle():
+    level, middle = plot_level(EARTH_M), direction(9.9, 38.1)
+    plots = plots_within(middle, 500.0 / EARTH_M, level)
+    area = np.pi * (500.0 / float(cell_edge_m(level, EARTH_M))) ** 2
+    assert area < len(plots) < 2.2 * area and len(set(plots)) == len(plots)
+
+
+def test_the_same_trees_from_anywhere(sampler):
+    """A tree is what it is, whichever circle it was asked for in."""
+    one = sampler.within(direction(*PLACE), 250.0)
+    two = sampler.within(direction(PLACE[0] + 0.001, PLACE[1]), 250.0)
+    names = {tuple(name): k for k, name in enumerate(one.names.tolist())}
+    both = [(names[tuple(name)], k) for k, name in enumerate(two.names.tolist()) if tuple(name) in names]
+    assert len(one) > 300 and len(names) == len(one) and len(both) > 100
+    first, second = np.array(both).T
+    # Heights of the ground depend on the batch in their last bits.
+    np.testing.assert_allclose(one.positions_m[first], two.positions_m[second], rtol=0.0, atol=1e-6)
+    np.testing.assert_array_equal(one.heights_m[first], two.heights_m[second])
+    np.testing.assert_array_equal(one.species[first], two.species[second])
+
+
+def test_they_stand_on_dry_and_gentle_ground(scene, sampler):
+    found = sampler.within(direction(*PLACE), 400.0)
+    ground = pf.TerrainSampler(scene)
+    height = ground.height(found.positions_m)
+    foot = np.linalg.norm(found.positions_m, axis=1) - EARTH_M
+    np.testing.assert_allclose(foot, height - 0.1, atol=1e-6)
+    assert height.min() > scene.planet[pf.Ocean].sea_level_m
+    assert ((found.heights_m > 1.0) & (found.heights_m < 25.0)).all()
+    assert (found.radii_m < 0.5 * found.heights_m).all()
+
+
+def test_none_stands_in_the_sea(scene, sampler):
+    view = pf.view("sea", scene.planet)
+    assert len(sampler.within(view.camera.resolve(scene).position_m, 300.0)) == 0
+
+
+def test_they_stand_in_no_rows(sampler):
+    """No peak of the spectrum of their density above three times its neighbours', beside that of the squares that they
+    are drawn in: those are jittered over 0.8 of their width, which leaves a twentieth of the peak."""
+    place = direction(*PLACE)
+    found = sampler.within(place, 300.0)
+    x = np.cross([0.0, 0.0, 1.0], place)
+    x /= np.linalg.norm(x)
+    flat = np.stack([found.positions_m @ x, found.positions_m @ np.cross(place, x)], axis=1)
+    side = 128
+    inside = (np.abs(flat) < 200.0).all(axis=1)
+    density = np.histogram2d(*flat[inside].T, bins=side, range=[[-200.0, 200.0]] * 2)[0]
+    power = (
+        np.abs(np.fft.fft2((density - density.mean()) * np.hanning(side)[:, None] * np.hanning(side)))[:64, :64] ** 2
+    )
+    rows, columns = np.indices(power.shape)
+    ring = np.hypot(rows, columns).astype(int)
+    smooth = np.array([power[ring == r].mean() for r in range(64)])
+    # Of exponentially distributed powers the largest of 3000 is eight times the mean.
+    beyond = ring[(ring > 20) & (ring < 64)]
+    peaks = (power[(ring > 20) & (ring < 64)] / smooth[beyond]).max()
+    assert peaks < 14.0
+
+
+def test_density_and_height_are_knobs(scene):
+    place, cover = direction(*PLACE), scene.planet[pf.Cover]
+    full = pf.CoverSampler(scene).within(place, 200.0)
+    try:
+        cover.density, cover.height_m = 0.5, 30.0
+        half = pf.CoverSampler(scene).within(place, 200.0)
+        cover.density = 0.0
+        none = pf.CoverSampler(scene).within(place, 200.0)
+    finally:
+        cover.density, cover.height_m = 1.0, 15.0
+    assert 0.35 * len(full) < len(half) < 0.65 * len(full) and len(none) == 0
+    assert half.heights_m.mean() == pytest.approx(2.0 * full.heights_m.mean(), rel=0.1)
+
+
+@pytest.mark.parametrize("radius_m", [0.0, -3.0, float("nan"), 1e6])
+def test_a_bad_radius_is_refused(sampler, radius_m):
+    with pytest.raises(ValueError, match="radius_m: expected metres above 0"):
+        sampler.within(direction(*PLACE), radius_m)
+
+
+def test_without_cover_a_sampler_says_what_to_do():
+    with pf.load_scene("earth") as scene, pytest.raises(ValueError, match=r"scene\.planet\.add\(pf\.Cover\(\)\)"):
+        pf.CoverSampler(scene)
+
+
+# -- pictures --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def renderer(scene):
+    overrides = {"cover.reach_m": 150.0, "composite.antialiasing": "none"}
+    with pf.Renderer(scene, size=(160, 90), quality="low", overrides=overrides) as found:
+        yield found
+
+
+def test_trees_are_drawn_where_the_sampler_says(scene, sampler, renderer):
+    """Just above the foot of each tree in the picture that nothing hides there is a trunk, within a pixel."""
+    view = pf.view("meadow", scene.planet)
+    out = renderer.render(view, outputs=("surface", "position"))
+    camera = renderer.camera_state(view)
+    trees = sampler.within(camera.position_m, 60.0)
+    up = camera.position_m / np.linalg.norm(camera.position_m)
+    offset = trees.positions_m + 0.2 * trees.heights_m[:, None] * up - camera.position_m
+    away = np.linalg.norm(offset, axis=1)
+    x, y, z = offset @ camera.right, offset @ camera.up, offset @ camera.forward
+    height, width = out["surface"].shape
+    column = (x / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * width
+    row = (camera.tan_top - y / z) / (camera.tan_top - camera.tan_bottom) * height
+    inside = (
+        (z > 1.0) & (column > 2) & (column < width - 3) & (row > 2) & (row < height - 3) & (away > 8.0) & (away < 40.0)
+    )
+    seen = 0
+    for k in np.flatnonzero(inside):
+        i, j = int(row[k]), int(column[k])
+        part = out["surface"][i - 1 : i + 2, j - 1 : j + 2]
+        nearer = np.linalg.norm(out["position"][i - 1 : i + 2, j - 1 : j + 2], axis=-1) < away[k] - 2.0
+        assert (part == Surface.COVER).any() or nearer.any(), (k, away[k])
+        seen += bool((part == Surface.COVER).any())
+    assert seen >= 3
+
+
+def test_they_shade_the_ground(scene, renderer):
+    view = pf.view("meadow", scene.planet)
+    on = renderer.render(view, outputs=("radiance", "surface"))
+    with pf.Renderer(
+        scene, size=(160, 90), quality="low",
+        overrides={"cover.reach_m": 150.0, "cover.shadows": False, "composite.antialiasing": "none"},
+    ) as other:  # fmt: skip
+        off = other.render(view, outputs=("radiance", "surface"))
+    ground = (on["surface"] == Surface.TERRAIN) & (off["surface"] == Surface.TERRAIN)
+    ratio = on["radiance"][ground].sum(axis=-1) / off["radiance"][ground].sum(axis=-1)
+    assert ratio.max() < 1.001 and 0.02 < (ratio < 0.7).mean() < 0.9
+
+
+def test_a_still_camera_makes_and_uploads_nothing(scene, renderer):
+    view = pf.view("meadow", scene.planet)
+    renderer.settle(view)
+    renderer.render(view)
+    before = renderer.gpu.work.uploads
+    renderer.render(view)
+    assert renderer.gpu.work.uploads == before and renderer.stats["trees"] > 20
+
+
+def test_far_above_there_are_none(scene, renderer):
+    renderer.render(pf.view("space", scene.planet))
+    assert renderer.stats["trees"] == 0
+    names = {report.name for report in renderer.passes() if report.ran}
+    assert not any(name.startswith("cover.") for name in names)
+
+
+def test_without_the_component_nothing_is_there_and_pictures_are_as_before(scene):
+    with pf.load_scene("woods") as other:
+        other.planet[pf.Terrain].rivers = 0.0
+        other.planet.remove(pf.Clouds)
+        view = pf.view("near", other.planet)
+        with pf.Renderer(other, size=(96, 54), quality="low") as renderer:
+            with_trees = renderer.snapshot(view).array
+            other.planet.remove(pf.Cover)
+            without = renderer.snapshot(view).array
+            assert "cover" not in renderer.gpu.counts()
+            assert not any(report.name.startswith("cover.") for report in renderer.passes())
+    with pf.load_scene("earth") as plain:
+        plain.planet[pf.Terrain].rivers = 0.0
+        if plain.planet.get(pf.Clouds) is not None:
+            plain.planet.remove(pf.Clouds)
+        with pf.Renderer(plain, size=(96, 54), quality="low") as renderer:
+            np.testing.assert_array_equal(renderer.snapshot(pf.view("near", plain.planet)).array, without)
+    assert np.abs(with_trees.astype(int) - without).mean() > 1.0
