@@ -23,6 +23,8 @@ PICTURES = {
 """Pictures, and the views that they are of."""
 SEVERAL = ("moonrise", "earthrise")
 """Pictures of the scene earth_moon, named as their views."""
+WOODS = ("forest", "canopy", "treeline")
+"""The same of the scene woods."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 DESCENT = "descent"
@@ -44,8 +46,10 @@ def main(names: list[str]) -> None:
             file = FOLDER / f"{name}.jpg"
             file.write_bytes(as_jpeg(drawn(), 2 * LARGEST_BYTES))
             console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
-    pictures = [name for name in names or (*PICTURES, *SEVERAL) if name not in (DESCENT, *SHEETS)]
-    for scene_name, own in (("earth", PICTURES), ("earth_moon", {name: name for name in SEVERAL})):
+    pictures = [name for name in names or (*PICTURES, *SEVERAL, *WOODS) if name not in (DESCENT, *SHEETS)]
+    named = {"earth_moon": SEVERAL, "woods": WOODS}
+    scenes = {"earth": PICTURES, **{scene: {name: name for name in names} for scene, names in named.items()}}
+    for scene_name, own in scenes.items():
         wanted = [name for name in pictures if name in own]
         if not wanted:
             continue
