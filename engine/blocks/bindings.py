@@ -40,7 +40,7 @@ def _image(number: int, meaning: str) -> Point:
 OWN = {"uniform block": range(15, 16), "storage buffer": range(8), "texture unit": range(8), "image": range(8)}
 """Numbers that a pass, a game's too, may bind as its own, wherever its shaders include nothing that has them."""
 
-POINTS = {kind: 1 + max(own) for kind, own in OWN.items()} | {"texture unit": 19}
+POINTS = {kind: 1 + max(own) for kind, own in OWN.items()} | {"texture unit": 20}
 """How many points of each kind are in use: what a host's state guard keeps."""
 
 FRAME_BLOCK = _block(0, "the view's frame")
@@ -54,17 +54,18 @@ MATERIAL_BLOCK = _block(7, "what the ground is made of")
 AIR_VIEW_BLOCK = _block(8, "the air of a view")
 SHADOW_MAP_BLOCK = _block(9, "where the shadows' clipmap lies")
 TRIANGLE_BLOCK = _block(9, "the anchor on the icosphere, in passes that make vertices")
+COVER_BLOCK = _block(10, "where the map of the trees' shadows lies")
 AIR_NODES_BLOCK = _block(10, "directions to gather light from, while the air's tables are made")
 CLOUD_BLOCK = _block(11, "the planet's clouds")
 WAVE_BLOCK = _block(12, "the waves")
 SEA_GRID_BLOCK = _block(13, "the sea's printed grid")
 CLOUD_VIEW_BLOCK = _block(14, "the clouds of a view")
-COVER_BLOCK = _block(15, "where the map of the trees' shadows lies")
 
 CELL_BUFFER = _buffer(0, "cells of a mesh")
 PATCH_BUFFER = _buffer(0, "patches of a printed mesh")
 QUESTION_BUFFER = _buffer(0, "what a probe asks")
 PATH_RAY_BUFFER = _buffer(0, "clouds: rays that paths of light begin with")
+TREE_BUFFER = _buffer(0, "trees")
 FLAG_BUFFER = _buffer(0, "flags of the picture's tiles")
 CLOUD_SHADED_BUFFER = _buffer(0, "clouds: what of their shadow's maps is shaded")
 TILE_ROW_BUFFER = _buffer(0, "tiles of ground to assemble")

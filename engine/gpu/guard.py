@@ -92,7 +92,7 @@ class StateGuard:
     On leaving, GL errors are drained: `errors_before` and `errors` name those found on entry and those of our own work;
     both are logged. Hosts such as pyglet raise on any error left behind.
 
-    Cost: 0.16 ms for one entry and exit (llvmpipe, 19 texture units, 16 uniform blocks, 8 of everything else).
+    Cost: 0.16 ms for one entry and exit (llvmpipe, 20 texture units, 16 uniform blocks, 8 of everything else).
     """
 
     def __init__(

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.blocks.bindings import COVER_BLOCK
+from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
 from ...engine.blocks.layout import Vec3
 from ...engine.gpu import GpuScope
 from .records import TREE_DTYPE, tree_records
@@ -101,7 +101,7 @@ class ShadowMap:
         self._state.apply()
         self._framebuffer.clear(_NONE_M, 0.0, 0.0, 0.0, depth=0.0)
         if len(rows):
-            self._buffer.bind_to_storage_buffer(0)
+            self._buffer.bind_to_storage_buffer(TREE_BUFFER)
             for name, value in (("u_x", self.axes[0]), ("u_y", self.axes[1]), ("u_sun", sun), ("u_up", up)):
                 self._program.set(name, tuple(value))
             self._program.set("u_per_m", 1.0 / half)

@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 
 from ...components import Cover, Ocean, Planet, Terrain
-from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER
+from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER, TREE_BUFFER
 from ...engine.display import reflectance
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
@@ -217,7 +217,7 @@ class CoverSystem(System):
                 return
             target.use()
             self._draw_state.apply()
-            view.buffer.bind_to_storage_buffer(0)
+            view.buffer.bind_to_storage_buffer(TREE_BUFFER)
             self._quad.render(moderngl.TRIANGLES, vertices=6, instances=view.count)
 
         return run

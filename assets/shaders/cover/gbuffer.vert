@@ -1,8 +1,9 @@
 // A quad around each tree, facing the camera; the fragment shader finds the tree in it.
 #include "common/camera.glsl"
+#include "generated/bindings.glsl"
 #include "generated/cover.glsl"
 
-layout(std430, binding = 0) readonly buffer TreeBuffer { CoverTree trees[]; };
+layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
 
 out vec3 v_point;        // of the quad, from the camera
 flat out vec4 v_foot;    // from the camera; w: height

@@ -1,7 +1,8 @@
 // The same quads, facing the sun, on the map of their shadows.
+#include "generated/bindings.glsl"
 #include "generated/cover.glsl"
 
-layout(std430, binding = 0) readonly buffer TreeBuffer { CoverTree trees[]; };
+layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
 uniform vec3 u_x, u_y, u_sun;   // across the map, and to the sun: planet axes
 uniform vec3 u_up;              // at the map's middle
 uniform float u_per_m;          // 1 / half the map's side
