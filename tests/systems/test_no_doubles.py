@@ -22,9 +22,9 @@ def built(monkeypatch):
     """The stages of all programs that are linked from here on: [(stage, text)]."""
     stages, link = {}, ShaderLibrary.acquire
 
-    def acquire(library, expanded, name):
+    def acquire(library, expanded, name, at_once=False):
         stages.update({each.key: (stage, each) for stage, each in expanded.items()})
-        return link(library, expanded, name)
+        return link(library, expanded, name, at_once)
 
     monkeypatch.setattr(ShaderLibrary, "acquire", acquire)
     return stages
