@@ -42,7 +42,8 @@ float tree_wave(float x) {
 
 // Chance of a cell, three numbers 0..1.
 vec3 tree_chance(ivec3 cell, uint seed) {
-    uint h = tree_mix(uint(cell.x) * 0x9e3779b9u ^ tree_mix(uint(cell.y) * 0x85ebca6bu ^ tree_mix(uint(cell.z) ^ seed)));
+    uint h = tree_mix(uint(cell.y) * 0x85ebca6bu ^ tree_mix(uint(cell.z) ^ seed));
+    h = tree_mix(uint(cell.x) * 0x9e3779b9u ^ h);
     return vec3(uvec3(h, h >> 10, h >> 20) & 1023u) * (1.0 / 1023.0);
 }
 
@@ -115,7 +116,8 @@ void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
     if (abs(r.ray.z) > 1e-4) {
         if (a < 0.0) {   // steeper than the cone: in from one side, on to the foot
             bool inside = c < 0.0 && o.z < 0.0;
-            float in_t = one > 0.0 && o.z + one * r.ray.z < 0.0 ? one : two > 0.0 && o.z + two * r.ray.z < 0.0 ? two : 1e9;
+            float in_t = one > 0.0 && o.z + one * r.ray.z < 0.0 ? one
+                : two > 0.0 && o.z + two * r.ray.z < 0.0 ? two : 1e9;
             begin = inside ? 0.0 : in_t;
             end = 1e9;
         }

@@ -165,9 +165,9 @@ void stand_clutter(
 
 #ifdef GROUND_COVER
 const vec2 CANOPY_FROM = vec2(0.72, 1.0);               // shares of the trees' reach in which it takes over
-const vec2 CROWNS_LIT = vec2(0.30, 0.52);               // light of crowns that shade one another, against and with the sun
+const vec2 CROWNS_LIT = vec2(0.30, 0.52);   // light of crowns that shade one another, against and with the sun
 const float GAPS_DARK = 0.7;                            // share of the sun that is missing between them
-const float CROWNS = 1.4, CROWNS_RISE = 0.9;            // area of all crowns over the ground's in a forest; and their sides
+const float CROWNS = 1.4, CROWNS_RISE = 0.9;   // area of all crowns over a forest's ground; and their sides
 
 // The shadows of trees; and beyond them a forest's own colour. The clutter's small trees give way to both.
 void cover_ground(Spot s, Ground ground, inout Material material, inout vec2 open) {
