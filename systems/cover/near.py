@@ -16,6 +16,8 @@ __all__ = ["Near", "plots_within"]
 
 Floats = NDArray[np.float64]
 
+_WIDE_RAD = 0.7
+"""A wider circle, as on an asteroid, is looked for among all plots of the planet."""
 _AT_ONCE = 4
 """Plots made together: as many again take 2 to 5 ms."""
 
@@ -23,13 +25,17 @@ _AT_ONCE = 4
 def plots_within(direction: Floats, angle_rad: float, level: int) -> list[Plot]:
     """The plots that reach into a circle around a unit direction (3,), those with the nearest middle first."""
     step = float(cell_edge_m(level, 1.0)) * 0.5
-    count = int(np.ceil(angle_rad / step)) + 1
-    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    x = np.cross(direction, helper)
-    x /= np.linalg.norm(x)
-    a, b = np.meshgrid(*[np.arange(-count, count + 1) * step] * 2, indexing="ij")
-    around = direction + a.reshape(-1, 1) * x + b.reshape(-1, 1) * np.cross(direction, x)
-    cells = np.unique(np.stack(cell_of(around, level), axis=1), axis=0)
+    if angle_rad < _WIDE_RAD:
+        # Half a cell apart on the tangent plane, which is nearer together on the sphere.
+        count = int(np.ceil(np.tan(angle_rad + 2.0 * step) / step)) + 1
+        helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+        x = np.cross(direction, helper)
+        x /= np.linalg.norm(x)
+        a, b = np.meshgrid(*[np.arange(-count, count + 1) * step] * 2, indexing="ij")
+        around = direction + a.reshape(-1, 1) * x + b.reshape(-1, 1) * np.cross(direction, x)
+        cells = np.unique(np.stack(cell_of(around, level), axis=1), axis=0)
+    else:
+        cells = np.stack([c.ravel() for c in np.indices((6, 1 << level, 1 << level))], axis=1)
     scale = 2.0 ** (FULL_BITS - level)
     middle = direction_of(cells[:, 0], (cells[:, 1] + 0.5) * scale, (cells[:, 2] + 0.5) * scale)
     away = np.linalg.norm(middle - direction, axis=1)

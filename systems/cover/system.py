@@ -125,7 +125,7 @@ class CoverSystem(System):
             view.near.clear()
         else:
             sea = None if ocean is None else ocean.sea_level_m
-            key = (id(ground), revision(frame.world.get(frame.planet, Cover)), revision(terrain), sea)
+            key = (ground, revision(cover), revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             growing = Growing.of(terrain, sea)
             view.near.refresh(key, direction, reach, ground, growing, cover, terrain.seed, budget)

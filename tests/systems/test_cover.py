@@ -7,7 +7,7 @@ import pytest
 
 import planetfall as pf
 from planetfall.engine.frame.gbuffer import Surface
-from planetfall.engine.surface.lattice import cell_edge_m
+from planetfall.engine.surface.lattice import cell_edge_m, cell_of
 from planetfall.systems.cover.chance import draws, patches
 from planetfall.systems.cover.near import plots_within
 from planetfall.systems.cover.stand import plot_level
@@ -58,6 +58,21 @@ def test_plots_hold_the_circle():
     plots = plots_within(middle, 500.0 / EARTH_M, level)
     area = np.pi * (500.0 / float(cell_edge_m(level, EARTH_M))) ** 2
     assert area < len(plots) < 2.2 * area and len(set(plots)) == len(plots)
+
+
+@pytest.mark.parametrize("radius_m", [1e3, 5e4, 6.371e6, 7e7])
+@pytest.mark.parametrize("middle", [(0.0, 0.0), (90.0, 0.0), (35.2644, 45.0), (-45.0, 44.99)], ids=str)
+def test_no_plot_of_a_circle_is_missing(radius_m, middle):
+    """From an asteroid to a giant, at a face's middle, a pole, a corner and an edge of the cube."""
+    place, level, reach_m = direction(*middle), plot_level(radius_m), 700.0
+    held = {(p.face, p.i, p.j) for p in plots_within(place, reach_m / radius_m, level)}
+    rng = np.random.default_rng(3)
+    x = np.cross(place, [0.3, 0.9, -0.2])
+    x /= np.linalg.norm(x)
+    turn, away = rng.uniform(0.0, 2.0 * np.pi, 4000), reach_m / radius_m * np.sqrt(rng.uniform(0.0, 1.0, 4000))
+    aside = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * np.cross(place, x)
+    asked = np.cos(away)[:, None] * place + np.sin(away)[:, None] * aside
+    assert set(zip(*(c.tolist() for c in cell_of(asked, level)), strict=True)) <= held
 
 
 def test_the_same_trees_from_anywhere(sampler):
@@ -131,6 +146,21 @@ def test_density_and_height_are_knobs(scene):
 def test_a_bad_radius_is_refused(sampler, radius_m):
     with pytest.raises(ValueError, match="radius_m: expected metres above 0"):
         sampler.within(direction(*PLACE), radius_m)
+
+
+def test_an_unknown_planet_is_refused(scene):
+    with pytest.raises(ValueError, match=r"one of scene\.planets, found 'venus'"):
+        pf.CoverSampler(scene, "venus")
+
+
+def test_a_sampler_is_a_snapshot(scene):
+    found = pf.CoverSampler(scene)
+    cover = scene.planet[pf.Cover]
+    try:
+        cover.density = 0.0
+        assert len(found.within(direction(*PLACE), 50.0)) > 5
+    finally:
+        cover.density = 1.0
 
 
 def test_without_cover_a_sampler_says_what_to_do():
