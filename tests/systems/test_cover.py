@@ -6,11 +6,19 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.engine.blocks.bindings import MATERIAL_BLOCK, PLANET_BLOCK
+from planetfall.engine.frame.block import PlanetBlock
 from planetfall.engine.frame.gbuffer import Surface
 from planetfall.engine.surface.lattice import cell_edge_m, cell_of
+from planetfall.engine.wavelengths import GIVEN_NM
 from planetfall.systems.cover.chance import draws, patches
+from planetfall.systems.cover.growth import Growing
 from planetfall.systems.cover.near import plots_within
 from planetfall.systems.cover.stand import plot_level
+from planetfall.systems.terrain.height import TerrainField, TerrainParams
+from planetfall.systems.terrain.height_table import octave_table
+from planetfall.systems.terrain.material import TerrainMaterialBlock, material_block
+from planetfall.systems.terrain.material_list import shaders
 
 EARTH_M = 6.371e6
 PLACE = (9.9122, 38.11012)
@@ -251,3 +259,54 @@ def test_without_the_component_nothing_is_there_and_pictures_are_as_before(scene
         with pf.Renderer(plain, size=(96, 54), quality="low") as renderer:
             np.testing.assert_array_equal(renderer.snapshot(pf.view("near", plain.planet)).array, without)
     assert np.abs(with_trees.astype(int) - without).mean() > 1.0
+
+
+def test_woods_are_those_of_the_materials(run_compute, gpu):
+    """growth.py against terrain/material.glsl without noise, anywhere on Earth: moisture, humidity, warmth, forests."""
+    terrain, up, scope = pf.Terrain(), direction(20.0, 30.0), gpu.scope("test")
+    params = TerrainParams()
+    field, rng = TerrainField(params), np.random.default_rng(9)
+    away = rng.normal(size=(600, 3))
+    places = away / np.linalg.norm(away, axis=1, keepdims=True)
+    offsets = (places - up) * params.radius_m
+    places = up + offsets.astype(np.float32).astype(np.float64) / params.radius_m
+    places /= np.linalg.norm(places, axis=1, keepdims=True)
+    height = rng.uniform(0.0, 4000.0, len(places)).astype(np.float32)
+    block = scope.uniform_block(TerrainMaterialBlock, MATERIAL_BLOCK, "terrain_material_block")
+    block.write(material_block(terrain, params, up, GIVEN_NM))
+    scope.uniform_block(PlanetBlock, PLANET_BLOCK, "planet").bind()  # what grows asks nothing of it
+    for name, text in shaders().items():
+        gpu.shaders.add_virtual(name, text)
+    table = scope.buffer(octave_table(params, up).tobytes())
+
+    def bind(_):
+        table.bind_to_uniform_block(4)
+        block.bind()
+
+    out = run_compute(
+        """vec3 zenith = normalize(d + terrain_table.up * terrain_table.radius_m);
+        moisture = terrain_point(d, 1e-3).moisture;
+        Ground ground = ground_at(GroundDetail(vec3(0.0), vec3(0.0), 0.0, 0.0), zenith, h, vec3(0.0), 0.0, moisture,
+            1.0);
+        warmth = ground.mean_warmth;
+        humidity = ground.mean_humidity;
+        Material material;
+        stand_on(material, ground, 1.0, 1.0);
+        woods = material.growth.trees;
+        """,
+        {"d": offsets.astype(np.float32), "h": height},
+        {"moisture": "float", "warmth": "float", "humidity": "float", "woods": "float"},
+        header='#include "terrain/height.glsl"\n#include "terrain/material.glsl"',
+        setup=bind,
+    )  # fmt: skip
+    scope.release()
+    growing = Growing.of(terrain, 0.0)
+    climate = growing.climate(field, places, height.astype(np.float64))
+    # Offsets across the whole planet are floats: a metre of places, and moisture changes over thousands of kilometres.
+    np.testing.assert_allclose(out["moisture"], field.moisture(places), atol=2e-5)
+    np.testing.assert_allclose(out["warmth"], climate.warmth, atol=2e-5)
+    np.testing.assert_allclose(out["humidity"], climate.humidity, atol=4e-5)
+    woods = growing.woods(climate)
+    # The steepest ramps of the rule: 1 / 0.13 by warmth, 1 / 0.22 and 1 / 0.30 by humidity.
+    np.testing.assert_allclose(out["woods"], woods, atol=2e-5 / 0.13 + 4e-5 / 0.22 + 4e-5 / 0.30)
+    assert 0.1 < (woods > 0.5).mean() < 0.9
