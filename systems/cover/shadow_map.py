@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
 from ...engine.blocks.layout import Vec3
 from ...engine.gpu import GpuScope
+from ...engine.gpu.growing import GrowingBuffer
 from .records import TREE_DTYPE, tree_records
 from .stand import Plants
 
@@ -42,14 +43,14 @@ class ShadowMap:
     """One view's. What it holds follows from the trees, the sun and its middle; it is drawn when one changes."""
 
     def __init__(self, gpu: GpuScope, texels: int) -> None:
-        self._gpu, self.texels = gpu, texels
+        self.texels = texels
         self.heights = gpu.texture((texels, texels), "r32f")
         self._depth = gpu.texture((texels, texels), "depth32f")
         self._framebuffer = gpu.framebuffer([self.heights], self._depth)
         self._state = gpu.state(depth_test=True, depth_func=">", cull=None)
         self._program = gpu.program(vertex="cover/shadow.vert", fragment="cover/shadow.frag")
         self._quad = gpu.vertex_array(self._program)
-        self._buffer = gpu.buffer(reserve=64 * TREE_DTYPE.itemsize, dynamic=True)
+        self._trees = GrowingBuffer(gpu, TREE_DTYPE.itemsize)
         self.block = gpu.uniform_block(CoverMapBlock, COVER_BLOCK)
         self._key: object = None
         self.middle_m: Floats = np.zeros(3)
@@ -92,16 +93,12 @@ class ShadowMap:
         size = plants.heights_m + plants.radii_m
         near = (np.abs(offset @ self.axes[0]) < half + size) & (np.abs(offset @ self.axes[1]) < half + size)
         rows = tree_records(plants.only(near), camera_m)
-        if rows.nbytes > self._buffer.size:
-            self._gpu.free(self._buffer)
-            self._buffer = self._gpu.buffer(reserve=2 * rows.nbytes, dynamic=True)
-        if rows.nbytes:
-            self._buffer.write(rows.tobytes())
+        self._trees.write(rows)
         self._framebuffer.use()
         self._state.apply()
         self._framebuffer.clear(_NONE_M, 0.0, 0.0, 0.0, depth=0.0)
         if len(rows):
-            self._buffer.bind_to_storage_buffer(TREE_BUFFER)
+            self._trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
             for name, value in (("u_x", self.axes[0]), ("u_y", self.axes[1]), ("u_sun", sun), ("u_up", up)):
                 self._program.set(name, tuple(value))
             self._program.set("u_per_m", 1.0 / half)

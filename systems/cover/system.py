@@ -20,6 +20,7 @@ from ...engine.frame.contracts import bind_contracts, contract_reads, provide_co
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
 from ...engine.frame.published import HEIGHT_FIELD
 from ...engine.gpu import GpuScope
+from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import revision
 from ...engine.space.camera import CameraStamp
@@ -53,17 +54,9 @@ class _CoverView(ViewParts):
         self.near = Near()
         self.key: _SeenKey | None = None
         self.count = 0
-        self.buffer: Any = self.gpu.buffer(reserve=256 * TREE_DTYPE.itemsize, dynamic=True)
+        self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
         self.frame: Frame | None = None
-
-    def write(self, rows: Any) -> None:
-        if rows.nbytes > self.buffer.size:
-            self.gpu.free(self.buffer)
-            self.buffer = self.gpu.buffer(reserve=2 * rows.nbytes, dynamic=True)
-        if rows.nbytes:
-            self.buffer.write(rows.tobytes())
-        self.count = len(rows)
 
 
 class CoverSystem(System):
@@ -134,7 +127,9 @@ class CoverSystem(System):
         found = _SeenKey(view.near.revision, frame.camera.stamp, reach)
         if found != view.key:
             view.key = found
-            view.write(seen(view.near.plants, frame.camera, reach))
+            rows = seen(view.near.plants, frame.camera, reach)
+            view.trees.write(rows)
+            view.count = len(rows)
 
     @staticmethod
     def _near_ground(ground: Any, height_m: float, direction: Any, reach_m: float, cover: Cover) -> bool:
@@ -217,7 +212,7 @@ class CoverSystem(System):
                 return
             target.use()
             self._draw_state.apply()
-            view.buffer.bind_to_storage_buffer(TREE_BUFFER)
+            view.trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
             self._quad.render(moderngl.TRIANGLES, vertices=6, instances=view.count)
 
         return run

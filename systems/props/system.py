@@ -16,6 +16,7 @@ from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
 from ...engine.gpu import GpuScope
+from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
 from ...engine.space.camera import CameraStamp
@@ -28,21 +29,6 @@ __all__ = ["PropsSystem"]
 
 _SHADOW_RADII = 90.0
 """PROP_SHADOW_RADII of props/shadow.glsl."""
-
-
-class _Buffer:
-    """A storage buffer that grows."""
-
-    def __init__(self, gpu: GpuScope, row_bytes: int) -> None:
-        self._gpu = gpu
-        self.buffer: Any = gpu.buffer(reserve=64 * row_bytes, dynamic=True)
-
-    def write(self, rows: Any) -> None:
-        if rows.nbytes > self.buffer.size:
-            self._gpu.free(self.buffer)
-            self.buffer = self._gpu.buffer(reserve=2 * rows.nbytes, dynamic=True)
-        if rows.nbytes:
-            self.buffer.write(rows.tobytes())
 
 
 class _SeenKey(NamedTuple):
@@ -65,8 +51,8 @@ class _PropsView(ViewParts):
         self.visible: Visible | None = None
         self.shown: Props | None = None
         """The props as its last frame had them."""
-        self.instances = _Buffer(self.gpu, INSTANCE_DTYPE.itemsize)
-        self.occluders = _Buffer(self.gpu, OCCLUDER_DTYPE.itemsize)
+        self.instances = GrowingBuffer(self.gpu, INSTANCE_DTYPE.itemsize)
+        self.occluders = GrowingBuffer(self.gpu, OCCLUDER_DTYPE.itemsize)
 
 
 class PropsSystem(System):

@@ -1,6 +1,7 @@
 // A quad around each tree, facing the camera; the fragment shader finds the tree in it.
 #include "common/camera.glsl"
 #include "generated/bindings.glsl"
+#include "cover/quad.glsl"
 #include "generated/cover.glsl"
 
 layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
@@ -11,8 +12,7 @@ flat out vec4 v_form;    // radius over height, species, turn, tint
 
 void main() {
     CoverTree tree = trees[gl_InstanceID];
-    vec2 corner = vec2(gl_VertexID == 1 || gl_VertexID == 2 || gl_VertexID == 4 ? 1.0 : -1.0,
-        gl_VertexID == 2 || gl_VertexID == 4 || gl_VertexID == 5 ? 1.0 : -1.0);
+    vec2 corner = quad_corner(gl_VertexID);
     vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
     float away = length(middle), half_m = 0.52 * tree.height_m, wide_m = 1.06 * tree.radius_m;
     float around = length(vec2(half_m, wide_m));

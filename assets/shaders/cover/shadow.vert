@@ -1,5 +1,6 @@
 // The same quads, facing the sun, on the map of their shadows.
 #include "generated/bindings.glsl"
+#include "cover/quad.glsl"
 #include "generated/cover.glsl"
 
 layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
@@ -13,8 +14,7 @@ flat out vec4 v_form;
 
 void main() {
     CoverTree tree = trees[gl_InstanceID];
-    vec2 corner = vec2(gl_VertexID == 1 || gl_VertexID == 2 || gl_VertexID == 4 ? 1.0 : -1.0,
-        gl_VertexID == 2 || gl_VertexID == 4 || gl_VertexID == 5 ? 1.0 : -1.0);
+    vec2 corner = quad_corner(gl_VertexID);
     vec3 middle = tree.foot_m + (0.5 * tree.height_m) * u_up;
     float half_m = 0.52 * tree.height_m, wide_m = 1.06 * tree.radius_m, along = abs(dot(u_sun, u_up));
     // The map's y axis is the one that the zenith leans along.
