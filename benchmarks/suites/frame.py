@@ -18,6 +18,7 @@ from ..target import at_most
 from . import frame_budget, frame_descent, frame_skipping, frame_views
 
 SIZE, QUICK_SIZE = (640, 360), (320, 180)
+FULL_HD = (1920, 1080)
 QUALITIES = ("low", "medium", "high")
 TABLE_VIEWS = ("near", "high", "orbit")
 PROMISED_MS = 50.0
@@ -46,6 +47,20 @@ def _passes(session: Session) -> None:
             for name in TABLE_VIEWS:
                 for pass_name, timing in frames.time_passes(renderer, view(name), session.runs(9, 4)).items():
                     session.row(f"{quality}: {pass_name}", name, SIZE, timing)
+
+
+def _full_hd(session: Session) -> None:
+    """Frames of 1920 x 1080 with clouds, by the clock; and what their passes take by the GPU's own timers, where it is
+    one."""
+    for quality in ("low", "medium"):
+        with session.renderer("earth", FULL_HD, quality, clouds=True) as renderer:
+            for name in TABLE_VIEWS:
+                renderer.settle(view(name))
+                found = frames.time_frames(renderer, view(name), session.runs(24, 5))
+                session.row(
+                    quality, name, FULL_HD, found.turning, still_ms=found.still.ms, snap_ms=found.snapping.ms,
+                    update_ms=found.python_ms, passes_ms=frames.passes_ms(renderer, view(name), session.runs(20, 5)),
+                )  # fmt: skip
 
 
 def _memory(session: Session) -> None:
@@ -142,6 +157,7 @@ BENCHES: Mapping[str, Bench] = {
     "total": _total,
     "views": frame_views.bench,
     "passes": _passes,
+    "full_hd": _full_hd,
     "skipping": frame_skipping.bench,
     "descent": frame_descent.bench,
     "budget": frame_budget.bench,
