@@ -58,14 +58,18 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     return chance.x < dense && dot(away, away) < mix(0.45, 0.24, r.fine) * (0.6 + 0.8 * chance.y);
 }
 
+// Around the trunk, by the golden angle.
+const vec2 TREE_ANGLES[] = vec2[](vec2(1.0, 0.0), vec2(-0.73737, 0.67549), vec2(0.08743, -0.99617),
+    vec2(0.60844, 0.79360), vec2(-0.98471, -0.17418), vec2(0.84376, -0.53673), vec2(-0.25960, 0.96571));
+
 // Centre and radius of a lobe of a broadleaf's crown; flatness: its height over its width.
 vec4 tree_lobe(int number, float radius, float turn, out float flatness) {
-    float k = float(number), angle = 2.399963 * k + 6.2831853 * turn, up = fract(0.618034 * k + 3.7 * turn);
+    float k = float(number), up = fract(0.618034 * k + 3.7 * turn);
     bool inner = number == 0;
     float aside = inner ? 0.0 : radius * (0.42 + 0.20 * up);
     float wide = radius * (inner ? 0.74 : 0.40 + 0.22 * fract(5.3 * turn + 0.381966 * k));
     flatness = inner ? 0.31 / max(wide, 0.05) : 0.80;
-    return vec4(aside * cos(angle), aside * sin(angle), inner ? 0.66 : 0.40 + 0.40 * up, wide);
+    return vec4(aside * TREE_ANGLES[number], inner ? 0.66 : 0.40 + 0.40 * up, wide);
 }
 
 // How much of the light from around reaches a place in the crown. outer: 0 in its middle, 1 at its rim; up: -1..1.
@@ -130,10 +134,9 @@ void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
         vec3 place = r.from + t * r.ray, tuft;
         float wide = slope * (1.0 - place.z), aside = length(place.xy);
         // Whorls: branches that hang, with gaps between their tips.
-        float around = atan(place.y, place.x) * 0.9549297 + 5.0 * r.turn;   // six to a turn
-        float whorl = fract(TREE_WHORLS * place.z + 0.55 * aside / max(wide, 0.01) + 0.25 * sin(2.0943951 * around)
-            + r.turn);
-        float reach = wide * (1.0 - 0.42 * whorl - 0.10 * abs(fract(around) - 0.5));
+        float sine = place.y / max(aside, 1e-4), tips = sine * (3.0 - 4.0 * sine * sine);   // of three times the angle
+        float whorl = fract(TREE_WHORLS * place.z + 0.55 * aside / max(wide, 0.01) + 0.2 * tips + r.turn);
+        float reach = wide * (1.0 - 0.42 * whorl - 0.08 * tips * tips);
         float inside = 1.0 - aside / max(reach, 1e-3);
         if (inside > 0.0 && tree_tuft(r, place, clamp(0.45 + 2.5 * inside, 0.0, 0.95), seed, tuft)) {
             vec3 crown = normalize(vec3(place.xy / max(wide, 0.01), 0.35 + 0.5 * (1.0 - whorl)));
