@@ -1,6 +1,7 @@
 // A quad around each tree, facing the camera; the fragment shader finds the tree in it.
 #include "common/camera.glsl"
 #include "generated/bindings.glsl"
+#include "cover/lobes.glsl"
 #include "cover/quad.glsl"
 #include "generated/cover.glsl"
 
@@ -9,6 +10,7 @@ layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree tre
 out vec3 v_point;        // of the quad, from the camera
 flat out vec4 v_foot;    // from the camera; w: height
 flat out vec4 v_form;    // radius over height, species, turn, tint
+flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
     CoverTree tree = trees[gl_InstanceID];
@@ -25,6 +27,7 @@ void main() {
     vec3 point = middle + corner.x * reach.x * side + corner.y * reach.y * over;
     v_point = point;
     v_foot = vec4(tree.foot_m, tree.height_m);
+    tree_lobes(tree.radius_m / tree.height_m, tree.turn, v_lobes);
     v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);
     gl_Position = clip_position(point);
 }

@@ -1,5 +1,6 @@
 // The same quads, facing the sun, on the map of their shadows.
 #include "generated/bindings.glsl"
+#include "cover/lobes.glsl"
 #include "cover/quad.glsl"
 #include "generated/cover.glsl"
 
@@ -11,6 +12,7 @@ uniform float u_per_m;          // 1 / half the map's side
 out vec3 v_point;               // from the map's middle
 flat out vec4 v_foot;
 flat out vec4 v_form;
+flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
     CoverTree tree = trees[gl_InstanceID];
@@ -22,6 +24,7 @@ void main() {
     vec3 point = middle + corner.x * reach.x * u_x + corner.y * reach.y * u_y;
     v_point = point;
     v_foot = vec4(tree.foot_m, tree.height_m);
+    tree_lobes(tree.radius_m / tree.height_m, tree.turn, v_lobes);
     v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);
     gl_Position = vec4(dot(point, u_x) * u_per_m, dot(point, u_y) * u_per_m, 0.5, 1.0);
 }

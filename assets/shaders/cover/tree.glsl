@@ -4,9 +4,8 @@
 //
 // Lengths in the tree's own space, where it is 1 high, its foot is at 0 and z points up.
 #include "common/constants.glsl"
-#include "generated/cover.glsl"
+#include "cover/lobes.glsl"
 
-const int TREE_LOBES = 7;
 const int TREE_STEPS = 5;             // into a lobe
 const int CONIFER_STEPS = 9;          // into the cone
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
@@ -58,31 +57,16 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     return chance.x < dense && dot(away, away) < mix(0.45, 0.24, r.fine) * (0.6 + 0.8 * chance.y);
 }
 
-// Around the trunk, by the golden angle.
-const vec2 TREE_ANGLES[] = vec2[](vec2(1.0, 0.0), vec2(-0.73737, 0.67549), vec2(0.08743, -0.99617),
-    vec2(0.60844, 0.79360), vec2(-0.98471, -0.17418), vec2(0.84376, -0.53673), vec2(-0.25960, 0.96571));
-
-// Centre and radius of a lobe of a broadleaf's crown; flatness: its height over its width.
-vec4 tree_lobe(int number, float radius, float turn, out float flatness) {
-    float k = float(number), up = fract(0.618034 * k + 3.7 * turn);
-    bool inner = number == 0;
-    float aside = inner ? 0.0 : radius * (0.42 + 0.20 * up);
-    float wide = radius * (inner ? 0.74 : 0.40 + 0.22 * fract(5.3 * turn + 0.381966 * k));
-    flatness = inner ? 0.31 / max(wide, 0.05) : 0.80;
-    return vec4(aside * TREE_ANGLES[number], inner ? 0.66 : 0.40 + 0.40 * up, wide);
-}
-
 // How much of the light from around reaches a place in the crown. outer: 0 in its middle, 1 at its rim; up: -1..1.
 float tree_open(float outer, float up, float chance) {
     return clamp(0.16 + 0.62 * outer * outer + 0.20 * up - 0.12 * chance, 0.08, 1.0);
 }
 
-void tree_broadleaf(inout TreeHit found, TreeRay r, uint seed) {
+void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint seed) {
     vec3 middle = vec3(0.0, 0.0, 0.62);
     for (int k = 0; k < TREE_LOBES; ++k) {
-        float flatness;
-        vec4 lobe = tree_lobe(k, r.radius, r.turn, flatness);
-        vec3 squash = vec3(1.0, 1.0, 1.0 / flatness), o = (r.from - lobe.xyz) * squash, d = r.ray * squash;
+        vec4 lobe = lobes[k];
+        vec3 squash = vec3(1.0, 1.0, k == 0 ? lobe.w * (1.0 / INNER_HIGH) : 1.0 / LOBE_FLAT), o = (r.from - lobe.xyz) * squash, d = r.ray * squash;
         float dd = dot(d, d), b = dot(o, d), root = b * b - dd * (dot(o, o) - lobe.w * lobe.w);
         if (root <= 0.0) continue;
         float half_chord = sqrt(root) / dd, begin = max(-b / dd - half_chord, 0.0), end = -b / dd + half_chord;
@@ -164,15 +148,17 @@ void tree_trunk(inout TreeHit found, TreeRay r, float height) {
 }
 
 // from, ray: in the tree's space, ray 1 long. radius: of the crown. pixel: what a pixel spans there. leaf: size of a
-// tuft of leaves.
-TreeHit tree_hit(uint species, vec3 from, vec3 ray, float radius, float turn, float pixel, float leaf) {
+// tuft of leaves; lobes: as tree_lobes() has them.
+TreeHit tree_hit(
+    uint species, vec3 from, vec3 ray, float radius, float turn, vec4 lobes[TREE_LOBES], float pixel, float leaf
+) {
     TreeHit found = TreeHit(-1.0, vec3(0.0), 1.0, 0.0);
     bool conifer = species == TREE_CONIFER;
     TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0));
     tree_trunk(found, r, conifer ? 1.0 : 0.8);
     uint seed = floatBitsToUint(turn + 1.0);
     if (conifer) tree_conifer(found, r, seed);
-    else tree_broadleaf(found, r, seed);
+    else tree_broadleaf(found, r, lobes, seed);
     return found;
 }
 
