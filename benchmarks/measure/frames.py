@@ -97,7 +97,21 @@ class RunningFrame:
     """Median."""
 
 
-_RUN_UP = 40
+def turning(renderer: Renderer, seen: View) -> Callable[[], None]:
+    """A settled view's frame, waited for, of a camera that turns to and fro: for turns with another renderer's."""
+    renderer.settle(seen)
+    target, light = renderer.ctx.simple_framebuffer(renderer.size), _light(renderer, seen)
+    cameras = turned(renderer.camera_state(seen), 0.01, 4)
+
+    def frame() -> None:
+        cameras.append(cameras.pop(0))
+        renderer.render_to(target, cameras[0], **light)
+        renderer.ctx.finish()
+
+    return frame
+
+
+RUN_UP = 40
 """Frames after which what a jump to a view leaves to those that follow is done: meshes of the next snap for ground and
 sea, their fading, and maps of the clouds' shadow, which come round in three times twelve."""
 
@@ -111,7 +125,7 @@ def time_running(renderer: Renderer, seen: View, runs: int) -> RunningFrame:
     start_s = light.pop("time_s", None) or 0.0
     wall_ms: list[float] = []
     used_ms: list[float] = []
-    for number, camera in enumerate(turned(state, 0.01, _RUN_UP + runs)):
+    for number, camera in enumerate(turned(state, 0.01, RUN_UP + runs)):
         renderer.ctx.finish()
         began, began_used = time.perf_counter(), time.process_time()
         renderer.render_to(target, camera, time_s=start_s + number / 60.0, dt_s=1.0 / 60.0, **light)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 
 import numpy as np
 
 from ... import Clouds, Cover, CoverSampler, Scene, load_scene, view
 from ...engine.frame.gbuffer import Surface
-from ..measure.frames import time_frames
+from ..measure.frames import RUN_UP, turning
 from ..session import Bench, Session
 from ..target import Target, at_most
 from ..timing import time_variants
@@ -32,20 +33,19 @@ def _woods(trees: bool) -> Scene:
 
 
 def _cost(session: Session) -> None:
-    """A turning camera's frame, with trees and without, one after the other in each view."""
+    """A turning camera's frames, with trees and without by turns."""
+    size = (640, 360)
     for quality, (under, other) in MOST.items():
-        for name in QUICK_VIEWS if session.extent == "quick" else VIEWS:
-            seen, ms, trees = view(name), {}, 0
-            for on in (False, True):
-                with session.renderer(_woods(on), (640, 360), quality) as renderer:
-                    renderer.settle(seen)
-                    found = time_frames(renderer, seen, session.runs(20, 8))
-                    ms[on], trees = found.turning, renderer.stats.get("trees", 0)
-            ratio = ms[True].ms / ms[False].ms
-            session.row(
-                quality, name, (640, 360), ms[True], error=ratio, error_unit="times",
-                target=at_most(under if name in UNDER_TREES else other, "times"), bare_ms=ms[False].ms, trees=trees,
-            )  # fmt: skip
+        with ExitStack() as stack:
+            bare, wooded = (stack.enter_context(session.renderer(_woods(on), size, quality)) for on in (False, True))
+            for name in QUICK_VIEWS if session.extent == "quick" else VIEWS:
+                frames = {"bare": turning(bare, view(name)), "wooded": turning(wooded, view(name))}
+                found = time_variants(frames, session.runs(30, 8), RUN_UP)
+                session.row(
+                    quality, name, size, found["wooded"], error=found["wooded"].ms / found["bare"].ms,
+                    error_unit="times", target=at_most(under if name in UNDER_TREES else other, "times"),
+                    bare_ms=found["bare"].ms, trees=wooded.stats.get("trees", 0),
+                )  # fmt: skip
 
 
 def _far(session: Session) -> None:
