@@ -66,7 +66,8 @@ void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint
     vec3 middle = vec3(0.0, 0.0, 0.62);
     for (int k = 0; k < TREE_LOBES; ++k) {
         vec4 lobe = lobes[k];
-        vec3 squash = vec3(1.0, 1.0, k == 0 ? lobe.w * (1.0 / INNER_HIGH) : 1.0 / LOBE_FLAT), o = (r.from - lobe.xyz) * squash, d = r.ray * squash;
+        vec3 squash = vec3(1.0, 1.0, k == 0 ? lobe.w * (1.0 / INNER_HIGH) : 1.0 / LOBE_FLAT);
+        vec3 o = (r.from - lobe.xyz) * squash, d = r.ray * squash;
         float dd = dot(d, d), b = dot(o, d), root = b * b - dd * (dot(o, o) - lobe.w * lobe.w);
         if (root <= 0.0) continue;
         float half_chord = sqrt(root) / dd, begin = max(-b / dd - half_chord, 0.0), end = -b / dd + half_chord;
