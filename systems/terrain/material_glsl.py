@@ -150,6 +150,9 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
         "material.plant = plants_color;",
         f"material.ripples = {ripples};",
         f"stand_on(material, ground, {_left(upper, 'stones')}, {_left(upper, 'plants')});",
+        "#ifdef GROUND_COVER",
+        f"material.inland = {_left(foot, 'plants', at_foot=True)};",
+        "#endif",
         "return material;",
     ]
     body = "\n".join(f"    {line}" for line in lines)
@@ -182,12 +185,12 @@ def _bumps(upper: Sequence[Material]) -> str:
     return text
 
 
-def _left(upper: Sequence[Material], things: str) -> str:
+def _left(upper: Sequence[Material], things: str, at_foot: bool = False) -> str:
     """Share of the things on soil that the materials on it leave."""
     text = ""
     for m in upper:
         share = getattr(m, things)
-        if share is None or m.at_foot:
+        if share is None or m.at_foot != at_foot:
             continue
         if share:
             text = f"mix({text or '1.0'}, {_number(share)}, {m.name}_share)"

@@ -214,11 +214,13 @@ def test_trees_are_drawn_where_the_sampler_says(scene, sampler, renderer):
 
 def test_they_shade_the_ground(scene, renderer):
     view = pf.view("meadow", scene.planet)
+    renderer.settle(view)
     on = renderer.render(view, outputs=("radiance", "surface"))
     with pf.Renderer(
         scene, size=(160, 90), quality="low",
         overrides={"cover.reach_m": 150.0, "cover.shadows": False, "composite.antialiasing": "none"},
     ) as other:  # fmt: skip
+        other.settle(view)
         off = other.render(view, outputs=("radiance", "surface"))
     ground = (on["surface"] == Surface.TERRAIN) & (off["surface"] == Surface.TERRAIN)
     ratio = on["radiance"][ground].sum(axis=-1) / off["radiance"][ground].sum(axis=-1)
@@ -310,3 +312,24 @@ def test_woods_are_those_of_the_materials(run_compute, gpu):
     # The steepest ramps of the rule: 1 / 0.13 by warmth, 1 / 0.22 and 1 / 0.30 by humidity.
     np.testing.assert_allclose(out["woods"], woods, atol=2e-5 / 0.13 + 4e-5 / 0.22 + 4e-5 / 0.30)
     assert 0.1 < (woods > 0.5).mean() < 0.9
+
+
+def test_beaches_stay_where_forests_are_a_colour():
+    """Sand by its colour in the picture without trees: with them it is bright, and land behind it darker."""
+    shown = {}
+    for density in (0.0, 1.0):
+        with pf.load_scene("woods" if density else "earth") as other:
+            other.planet[pf.Terrain].rivers = 0.0
+            if other.planet.get(pf.Clouds) is not None:
+                other.planet.remove(pf.Clouds)
+            with pf.Renderer(other, size=(320, 180), quality="low") as renderer:
+                view = pf.view("coast", other.planet)
+                shown[density] = renderer.snapshot(view).array.astype(float)
+                surface = renderer.render(view, outputs=("surface",))["surface"]
+    bare, wooded = shown[0.0], shown[1.0]
+    land = surface == Surface.TERRAIN
+    sand = land & (bare[..., 0] - bare[..., 2] > 45.0)
+    assert sand.sum() > 100
+    # They share pixels with the wood behind; a colour over the beach as well leaves 0.61.
+    assert wooded[sand].mean() > 0.8 * bare[sand].mean()
+    assert wooded[land & ~sand].mean() < 0.95 * bare[land & ~sand].mean()

@@ -22,6 +22,9 @@ struct Material {
     float stony;      // of cells of clutter that hold a stone, off the beach
     Growth growth;    // and that hold a plant
     vec3 plant;       // albedo of plants
+#ifdef GROUND_COVER
+    float inland;     // share of the pixel that is off the beach
+#endif
     Ripples ripples;  // of loose ground
 };
 

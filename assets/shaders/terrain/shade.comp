@@ -181,6 +181,7 @@ void cover_ground(Spot s, Ground ground, inout Material material, inout vec2 ope
         * (1.0 + CROWNS_RISE * (flat_view - 1.0));
     // Their shadows lie on the far side of each: seen from where the sun stands there are none.
     float lit = mix(CROWNS_LIT.x, CROWNS_LIT.y, 0.5 + 0.5 * dot(s.view, frame.sun_direction));
+    far *= material.inland;
     material.albedo = mix(material.albedo, cover_map.leaves * (lit * (1.0 + 0.35 * ground.grain)),
         far * (1.0 - exp(-crowns)));
     open.x *= 1.0 - far * GAPS_DARK * (1.0 - exp(-CROWNS * material.growth.trees)) * exp(-crowns);
