@@ -396,6 +396,15 @@ class CoverQuality:
     shadows: bool = knob(
         True, help="Trees shade the ground and one another", cost="the map, and a look into it a pixel"
     )
+    light_every: int = knob(
+        2,
+        1,
+        4,
+        "px",
+        "Skylight and air on trees are found once for so many pixels side by side, the sun's beam for each",
+        cost="light on trees: grows with its inverse, by halves",
+        power_of_two=True,
+    )
 
 
 @dataclass

@@ -76,7 +76,10 @@ class CoverSystem(System):
         self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
         self._gpu.shaders.provide("cover_light", "cover/light.glsl", owner=self.name)
         provide_contracts(self._world, self.name, self)
-        self._shade = self._gpu.compute("cover/shade.comp", defines={"RADIANCE_FORMAT": format})
+        self._shade = self._gpu.compute(
+            "cover/shade.comp",
+            defines={"RADIANCE_FORMAT": format, "LIGHT_EVERY": int(setup.settings["cover.light_every"])},
+        )
         self._draw_state = self._gpu.state(depth_test=True, depth_func=">", cull=None)
         self._colours, self._leaves = -1, np.zeros(3)
 

@@ -1,22 +1,26 @@
 // A quad around each tree, facing the camera; the fragment shader finds the tree in it.
 #include "common/camera.glsl"
 #include "generated/bindings.glsl"
+#include "cover/axes.glsl"
 #include "cover/lobes.glsl"
 #include "cover/quad.glsl"
 #include "generated/cover.glsl"
 
 layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
 
-out vec3 v_point;        // of the quad, from the camera
-flat out vec4 v_foot;    // from the camera; w: height
-flat out vec4 v_form;    // radius over height, species, turn, tint
+// In the tree's own space, cover/tree.glsl.
+out vec3 v_ray;           // from the camera to the quad
+flat out vec3 v_camera;
+flat out vec3 v_x, v_up;  // its axes, in the planet's
+flat out vec4 v_form;     // radius, species, turn, tint
+flat out float v_height_m;
 flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
     CoverTree tree = trees[gl_InstanceID];
     vec2 corner = quad_corner(gl_VertexID);
     vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
-    float away = length(middle), half_m = 0.52 * tree.height_m, wide_m = 1.06 * tree.radius_m;
+    float away = length(middle), half_m = HALF_HIGH * tree.height_m, wide_m = HALF_WIDE * tree.radius_m;
     float around = length(vec2(half_m, wide_m));
     vec3 view = middle / max(away, 1e-3), side = cross(view, up);
     side = dot(side, side) > 1e-6 ? normalize(side) : frame.camera_right;
@@ -25,8 +29,12 @@ void main() {
     float grow = away > 1.2 * around ? inversesqrt(1.0 - min(around * around / (away * away), 0.6)) : 4.0;
     vec2 reach = grow * vec2(wide_m, half_m * abs(dot(over, up)) + wide_m * abs(dot(view, up)));
     vec3 point = middle + corner.x * reach.x * side + corner.y * reach.y * over;
-    v_point = point;
-    v_foot = vec4(tree.foot_m, tree.height_m);
+    mat3 axes = tree_axes(up, tree.turn);
+    v_ray = point * axes * (1.0 / tree.height_m);
+    v_camera = -tree.foot_m * axes * (1.0 / tree.height_m);
+    v_x = axes[0];
+    v_up = up;
+    v_height_m = tree.height_m;
     tree_lobes(tree.radius_m / tree.height_m, tree.turn, v_lobes);
     v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);
     gl_Position = clip_position(point);

@@ -1,21 +1,20 @@
 #include "cover/tree.glsl"
 
-in vec3 v_point;
-flat in vec4 v_foot;
+in vec3 v_from;
+flat in vec3 v_ray;
+in float v_start_m;
 flat in vec4 v_form;
 flat in vec4 v_lobes[TREE_LOBES];
 layout(location = 0) out float o_along;   // metres to the sun from the map's middle, of the highest leaf
 
-uniform vec3 u_sun, u_up;
-uniform float u_per_m, u_texel_m, u_deep_m;
+uniform float u_texel_m, u_deep_m;
 
 void main() {
-    mat3 axes = tree_axes(u_up, v_form.z);
-    float per_m = 1.0 / v_foot.w, start_m = 2.0 * v_foot.w;
-    vec3 from = (v_point + start_m * u_sun - v_foot.xyz) * axes * per_m, ray = -u_sun * axes;
-    TreeHit hit = tree_hit(uint(v_form.y), from, ray, v_form.x, v_form.z, v_lobes, u_texel_m * per_m, 0.13 * per_m);
+    float height_m = v_form.w;
+    TreeHit hit = tree_hit(uint(v_form.y), v_from, v_ray, v_form.x, v_form.z, v_lobes, u_texel_m / height_m,
+        TUFT_M / height_m);
     if (hit.t <= 0.0) discard;
-    o_along = dot(v_point, u_sun) + start_m - hit.t * v_foot.w;
+    o_along = v_start_m - hit.t * height_m;
     // The nearest to the sun wins.
     gl_FragDepth = clamp(0.5 + 0.5 * o_along / u_deep_m, 0.0, 1.0);
 }

@@ -6,7 +6,9 @@
 #include "common/constants.glsl"
 #include "cover/lobes.glsl"
 
+const float TUFT_M = 0.13;            // size of a tuft of leaves
 const int TREE_STEPS = 5;             // into a lobe
+const int TREE_TURNS = 3;              // lobes that a ray is followed through
 const int CONIFER_STEPS = 9;          // into the cone
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
 const float CONIFER_FOOT = 0.07;      // height of the lowest branches
@@ -41,8 +43,7 @@ float tree_wave(float x) {
 
 // Chance of a cell, three numbers 0..1.
 vec3 tree_chance(ivec3 cell, uint seed) {
-    uint h = tree_mix(uint(cell.y) * 0x85ebca6bu ^ tree_mix(uint(cell.z) ^ seed));
-    h = tree_mix(uint(cell.x) * 0x9e3779b9u ^ h);
+    uint h = tree_mix(uint(cell.x) * 0x9e3779b9u + uint(cell.y) * 0x85ebca6bu + uint(cell.z) * 0xc2b2ae35u ^ seed);
     return vec3(uvec3(h, h >> 10, h >> 20) & 1023u) * (1.0 / 1023.0);
 }
 
@@ -62,28 +63,43 @@ float tree_open(float outer, float up, float chance) {
     return clamp(0.16 + 0.62 * outer * outer + 0.20 * up - 0.12 * chance, 0.08, 1.0);
 }
 
+// Lobes are tried in the order in which the ray enters them: the first ones close nearly all of them.
 void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint seed) {
-    vec3 middle = vec3(0.0, 0.0, 0.62);
-    for (int k = 0; k < TREE_LOBES; ++k) {
-        vec4 lobe = lobes[k];
-        vec3 squash = vec3(1.0, 1.0, k == 0 ? lobe.w * (1.0 / INNER_HIGH) : 1.0 / LOBE_FLAT);
-        vec3 o = (r.from - lobe.xyz) * squash, d = r.ray * squash;
-        float dd = dot(d, d), b = dot(o, d), root = b * b - dd * (dot(o, o) - lobe.w * lobe.w);
-        if (root <= 0.0) continue;
-        float half_chord = sqrt(root) / dd, begin = max(-b / dd - half_chord, 0.0), end = -b / dd + half_chord;
-        float limit = found.t > 0.0 ? min(end, found.t) : end;
-        float t = begin + 0.3 * r.size;
-        for (int i = 0; i < TREE_STEPS && t < limit; ++i) {
-            vec3 place = r.from + t * r.ray, level = (o + t * d) / lobe.w, tuft;
+    const vec3 outer_squash = vec3(1.0, 1.0, 1.0 / LOBE_FLAT);
+    vec3 inner_squash = vec3(1.0, 1.0, lobes[0].w * (1.0 / INNER_HIGH)), middle = vec3(0.0, 0.0, 0.62);
+    float last = -1e9;
+    for (int turn = 0; turn < TREE_TURNS; ++turn) {
+        float begin = 1e9, end = 0.0;
+        vec4 lobe = vec4(0.0);
+        bool inner = false;
+        for (int k = 0; k < TREE_LOBES; ++k) {
+            vec3 squash = k == 0 ? inner_squash : outer_squash, d = r.ray * squash;
+            vec3 o = (r.from - lobes[k].xyz) * squash;
+            float dd = dot(d, d), b = dot(o, d), root = b * b - dd * (dot(o, o) - lobes[k].w * lobes[k].w);
+            float half_chord = sqrt(max(root, 0.0)), in_t = (-b - half_chord) / dd, out_t = (half_chord - b) / dd;
+            if (root > 0.0 && out_t > 0.0 && in_t > last && in_t < begin) {
+                begin = in_t;
+                end = out_t;
+                lobe = lobes[k];
+                inner = k == 0;
+            }
+        }
+        last = begin;
+        end = found.t > 0.0 ? min(end, found.t) : end;
+        if (begin >= end) break;
+        vec3 squash = inner ? inner_squash : outer_squash, o = (r.from - lobe.xyz) * squash / lobe.w;
+        vec3 d = r.ray * squash / lobe.w;
+        float t = max(begin, 0.0) + 0.3 * r.size;
+        for (int i = 0; i < TREE_STEPS && t < end; ++i) {
+            vec3 place = r.from + t * r.ray, level = o + t * d, tuft;
             float inside = 1.0 - dot(level, level);   // 0 at the lobe's rim
             // Sparse at the rim, closed within.
             if (tree_tuft(r, place, clamp(0.16 + 1.5 * inside, 0.0, 0.9), seed, tuft)) {
                 vec3 away = place - middle, share = away / vec3(r.radius, r.radius, 0.36);
-                float outer = length(share);
                 vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
                 found = TreeHit(t, normalize(crown + (0.55 * r.fine) * tuft),
-                    tree_open(outer, clamp(share.z, -1.0, 1.0), dot(tuft, tuft)), 0.0);
-                break;
+                    tree_open(length(share), clamp(share.z, -1.0, 1.0), dot(tuft, tuft)), 0.0);
+                return;
             }
             t += r.size;
         }
@@ -161,12 +177,4 @@ TreeHit tree_hit(
     if (conifer) tree_conifer(found, r, seed);
     else tree_broadleaf(found, r, lobes, seed);
     return found;
-}
-
-// The tree's axes in planet axes: columns. Any two level ones do, turned.
-mat3 tree_axes(vec3 up, float turn) {
-    vec3 helper = abs(up.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
-    vec3 x = normalize(cross(helper, up)), y = cross(up, x);
-    float angle = 6.2831853 * turn, c = cos(angle), s = sin(angle);
-    return mat3(c * x + s * y, c * y - s * x, up);
 }
