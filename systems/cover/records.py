@@ -8,20 +8,32 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.blocks.layout import StructLayout, Vec3
+from ...engine.blocks.layout import StructLayout, Vec3, Vec4
 from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState
-from .stand import Plants
+from .stand import Plants, Species
 
-__all__ = ["TREE_DTYPE", "seen", "tree_records"]
+__all__ = ["TREE_DTYPE", "seen", "tree_records", "with_limbs"]
 
 Floats = NDArray[np.float64]
 
 _NEAREST = 0.72
 """Share of the reach within which all trees are drawn; each of the others has a distance of its own."""
-_HIDDEN_SHARE, _HIDDEN_M = 1.0, 1.5
-"""A tree whose foot is nearer to the eye than this share of its crown's radius and so many metres is not drawn: nothing
-but its leaves would be seen."""
+_LOWEST_LEAF, _LEAF_M = 0.2, 0.2
+"""Of a broadleaf's crown, as a share of its height; and how near to the eye its leaves may come."""
+_CROWN = 0.6
+"""Height of the crown's middle over the tree's."""
+_TRUNK_M = 0.6
+"""More than any trunk is wide."""
+_WINDOWS = 1.0
+"""Trees nearer than their size times this get windows: quads of farther ones hold them."""
+_LOWEST_BRANCH = 0.05
+"""Over a tree's height."""
+_WINDOW_MARGIN = 0.01
+"""More than antialiasing moves the picture."""
+_AHEAD_M = 0.05
+_LIMB_PIXEL = 0.6 * 0.009
+"""Over a tree's height: what a pixel spans where its limbs have become too thin to be drawn."""
 _GROWS = 0.1
 """Share of the reach over which a tree grows from nothing."""
 
@@ -36,6 +48,7 @@ class CoverTree:
     species: Annotated[float, "Species"]
     turn: Annotated[float, "0..1 of a whole one"]
     tint: Annotated[float, "0..1"]
+    window: Annotated[Vec4, "of a tree that a quad facing the eye may not hold: of the picture, x and y from and to"]
 
 
 _LAYOUT = StructLayout(CoverTree, "std430")
@@ -53,18 +66,103 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
 
 
 def seen(plants: Plants, camera: CameraState, reach_m: float) -> NDArray[np.void]:
-    """Records of the trees in the picture, the nearest first: what lies behind is then rejected early."""
+    """Records of the trees in the picture, the nearest first: what lies behind is then rejected early. A tree in whose
+    leaves the eye is isn't drawn, since they would be all that is seen."""
     offset = plants.positions_m - camera.position_m
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
     own = reach_m * (_NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0])
     grown = np.clip((own - away) / (_GROWS * reach_m), 0.0, 1.0)
-    x, y, z = offset @ camera.right, offset @ camera.up, offset @ camera.forward
-    size = plants.heights_m + plants.radii_m
-    # The planes of the picture's edges, moved out by the tree's size.
-    inside = (grown > 0.0) & (z > -size) & (away > np.minimum(_HIDDEN_SHARE * plants.radii_m + _HIDDEN_M, size))
-    for part, low, high in ((x, camera.tan_left, camera.tan_right), (y, camera.tan_bottom, camera.tan_top)):
-        inside &= part - high * z < size * np.hypot(1.0, high)
-        inside &= low * z - part < size * np.hypot(1.0, low)
+    up = plants.positions_m / np.linalg.norm(plants.positions_m, axis=1, keepdims=True)
+    crown = offset + _CROWN * plants.heights_m[:, None] * up
+    wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
+    inside = (grown > 0.0) & ~_holds(plants, offset, up)
+    # A ball around the crown, or the trunk below it: on the picture's side of all of its edges.
+    balls, trunks = np.ones((2, len(plants)), bool)
+    for normal in _edges(camera):
+        high, low = crown @ normal, offset @ normal
+        balls &= high > -wide
+        trunks &= np.maximum(high, low) > -_TRUNK_M
+    inside &= balls | trunks
     which = np.flatnonzero(inside)
     which = which[np.argsort(away[which], kind="stable")]
-    return tree_records(plants.only(which), camera.position_m, grown[which])
+    rows = tree_records(plants.only(which), camera.position_m, grown[which])
+    size = plants.heights_m + plants.radii_m
+    near = np.flatnonzero(away[which] < _WINDOWS * size[which])
+    rows["window"][near] = windows(rows[near], up[which[near]], camera)
+    return rows
+
+
+def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> Floats:
+    """The part of the picture (N, 4), in normalised device coordinates, that holds each tree; up: (N, 3), unit."""
+    helper = np.where(np.abs(up[:, 2:]) < 0.7, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    east = np.cross(helper, up)
+    east /= np.linalg.norm(east, axis=1, keepdims=True)
+    north = np.cross(up, east)
+    foot, height, radius = (trees[name].astype(np.float64) for name in ("foot_m", "height_m", "radius_m"))
+
+    def corner(x: float, y: float, share: float, wide: Floats) -> Floats:
+        aside = wide[:, None] * (x * east + y * north)
+        return foot + aside + (share * height)[:, None] * up
+
+    crown, trunk = 1.03 * radius, 0.03 * height
+    square = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
+    found = np.tile((1.0, 1.0, -1.0, -1.0), (len(trees), 1))
+    for low, high, wide in ((_LOWEST_BRANCH, 1.03, crown), (-0.05, 0.5, trunk)):
+        ends = [[corner(x, y, share, wide) for x, y in square] for share in (low, high)]
+        edges = [(level[k], level[(k + 1) % 4]) for level in ends for k in range(4)]
+        edges += list(zip(*ends, strict=True))
+        for a, b in edges:
+            _widen(found, a, b, camera)
+    found[:, :2] = np.maximum(found[:, :2] - _WINDOW_MARGIN, -1.0)
+    found[:, 2:] = np.minimum(found[:, 2:] + _WINDOW_MARGIN, 1.0)
+    return found
+
+
+def _widen(window: Floats, a: Floats, b: Floats, camera: CameraState) -> None:
+    """Makes windows (N, 4) hold the edges from a to b, (N, 3) from the eye, as far as they lie ahead of it."""
+    ahead_a, ahead_b = a @ camera.forward, b @ camera.forward
+    over = np.abs(ahead_a - ahead_b) > 1e-9
+    for start, end, here, there in ((a, b, ahead_a, ahead_b), (b, a, ahead_b, ahead_a)):
+        behind = here < _AHEAD_M
+        share = np.where(behind & over, (_AHEAD_M - here) / np.where(over, there - here, 1.0), 0.0)
+        point = start + share[:, None] * (end - start)
+        shown = ~(behind & (there < _AHEAD_M))
+        z = np.maximum(point @ camera.forward, 0.5 * _AHEAD_M)
+        x = (point @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 2.0 - 1.0
+        y = (point @ camera.up / z - camera.tan_bottom) / (camera.tan_top - camera.tan_bottom) * 2.0 - 1.0
+        place = np.stack([x, y], axis=1)
+        window[shown, :2] = np.minimum(window[shown, :2], place[shown])
+        window[shown, 2:] = np.maximum(window[shown, 2:], place[shown])
+
+
+def with_limbs(trees: NDArray[np.void], pixel_rad: float) -> int:
+    """How many of them, the first ones, are so near that a pixel can show a limb (TREE_LIMBS of cover/tree.glsl)."""
+    if not len(trees):
+        return 0
+    foot = trees["foot_m"].astype(np.float64)
+    # A crown may be nearer than its foot by the tree's size.
+    away = np.sqrt(np.einsum("ij,ij->i", foot, foot)) - trees["height_m"] - trees["radius_m"]
+    shown = np.flatnonzero(away * pixel_rad < _LIMB_PIXEL * trees["height_m"])
+    return int(shown[-1]) + 1 if len(shown) else 0
+
+
+def _edges(camera: CameraState) -> list[Floats]:
+    """Unit normals, into the picture, of the planes through the eye: its four edges, and what is ahead."""
+    normals = [camera.forward]
+    for axis, low, high in (
+        (camera.right, camera.tan_left, camera.tan_right),
+        (camera.up, camera.tan_bottom, camera.tan_top),
+    ):
+        normals += [axis - low * camera.forward, high * camera.forward - axis]
+    return [n / np.linalg.norm(n) for n in normals]
+
+
+def _holds(plants: Plants, offset_m: Floats, up: Floats) -> NDArray[np.bool_]:
+    """Whether the crown of a tree (N,) holds the eye; offset_m (N, 3): of its foot from there; up: (N, 3), unit."""
+    rise = -np.einsum("ij,ij->i", offset_m, up)
+    aside = np.linalg.norm(offset_m + rise[:, None] * up, axis=1)
+    share = rise / plants.heights_m
+    # cover/lobes.glsl, and the cone of cover/tree.glsl.
+    conifer = plants.species == Species.CONIFER
+    wide = np.where(conifer, 1.0 - share, 1.0) * plants.radii_m + _LEAF_M
+    return (share > np.where(conifer, 0.0, _LOWEST_LEAF)) & (share < 1.0) & (aside < wide)

@@ -28,7 +28,7 @@ from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
 from .growth import Growing
 from .near import Near
-from .records import TREE_DTYPE, seen
+from .records import TREE_DTYPE, seen, with_limbs
 from .shadow_map import CoverMapBlock, ShadowMap
 
 __all__ = ["CoverSystem"]
@@ -53,7 +53,7 @@ class _CoverView(ViewParts):
         super().__init__(of)
         self.near = Near()
         self.key: _SeenKey | None = None
-        self.count = 0
+        self.count = self.limbed = 0
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
         self.frame: Frame | None = None
@@ -69,8 +69,14 @@ class CoverSystem(System):
         self._gpu, self._world, self._planet = setup.gpu, setup.world, setup.planet
         self._settings, self._nm, self._views = setup.settings, wavelengths_of(setup.settings), setup.views
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
-        self._trees = self._gpu.program(vertex="cover/gbuffer.vert", fragment="cover/gbuffer.frag")
-        self._quad = self._gpu.vertex_array(self._trees)
+        # The nearest show limbs.
+        self._trees = {
+            limbs: self._gpu.program(
+                vertex="cover/gbuffer.vert", fragment="cover/gbuffer.frag", defines={"TREE_LIMBS": 1} if limbs else None
+            )
+            for limbs in (True, False)
+        }
+        self._quads = {limbs: self._gpu.vertex_array(program) for limbs, program in self._trees.items()}
         self._list = self._gpu.compute("cover/list_tiles.comp")
         # Its text, for shaders; each view has a block of its own.
         self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
@@ -133,6 +139,7 @@ class CoverSystem(System):
             rows = seen(view.near.plants, frame.camera, reach)
             view.trees.write(rows)
             view.count = len(rows)
+            view.limbed = with_limbs(rows, frame.pixel_rad)
 
     @staticmethod
     def _near_ground(ground: Any, height_m: float, direction: Any, reach_m: float, cover: Cover) -> bool:
@@ -147,7 +154,8 @@ class CoverSystem(System):
         self._colours = revision(cover)
         colours = (cover.broadleaf_albedo, cover.conifer_albedo, cover.bark_albedo)
         albedos = reflectance(np.array(colours), self._nm)
-        self._trees.set("u_albedos", albedos.astype(np.float32))
+        for program in self._trees.values():
+            program.set("u_albedos", albedos.astype(np.float32))
         self._leaves = _BROADLEAVES * albedos[0] + (1.0 - _BROADLEAVES) * albedos[1]
 
     def settled(self, view: View) -> bool:
@@ -216,7 +224,10 @@ class CoverSystem(System):
             target.use()
             self._draw_state.apply()
             view.trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
-            self._quad.render(moderngl.TRIANGLES, vertices=6, instances=view.count)
+            for limbs, first, count in ((True, 0, view.limbed), (False, view.limbed, view.count - view.limbed)):
+                if count:
+                    self._trees[limbs].set("u_first", first)
+                    self._quads[limbs].render(moderngl.TRIANGLES, vertices=6, instances=count)
 
         return run
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from planetfall.engine.wavelengths import GIVEN_NM
 from planetfall.systems.cover.chance import draws, patches
 from planetfall.systems.cover.growth import Growing
 from planetfall.systems.cover.near import plots_within
+from planetfall.systems.cover.records import tree_records, windows
 from planetfall.systems.cover.stand import plot_level
 from planetfall.systems.terrain.height import TerrainField, TerrainParams
 from planetfall.systems.terrain.height_table import octave_table
@@ -210,6 +213,67 @@ def test_trees_are_drawn_where_the_sampler_says(scene, sampler, renderer):
         assert (part == Surface.COVER).any() or nearer.any(), (k, away[k])
         seen += bool((part == Surface.COVER).any())
     assert seen >= 3
+
+
+def beside(scene, sampler, away_m: float, pitch_deg: float) -> pf.Camera:
+    """A walker's eyes, so far from the trunk of a tree of view forest, and turned to it."""
+    eye = pf.view("forest", scene.planet).camera.resolve(scene).position_m
+    trees = sampler.within(eye, 60.0)
+    foot = trees.positions_m[np.linalg.norm(trees.positions_m - eye, axis=1).argmin()]
+    up = foot / np.linalg.norm(foot)
+    east = np.cross((0.0, 0.0, 1.0), up)
+    east /= np.linalg.norm(east)
+    latitude, longitude = (float(v) for v in pf.latitude_longitude(foot + away_m * east))
+    return pf.Camera.at(latitude, longitude, 1.7, above="ground", heading_deg=-90.0, pitch_deg=pitch_deg)
+
+
+@pytest.mark.parametrize(("away_m", "pitch_deg"), [(1.5, 0.0), (1.5, 30.0), (4.0, 0.0), (9.0, 0.0)])
+def test_a_walker_comes_up_to_a_trunk(scene, sampler, renderer, away_m, pitch_deg):
+    camera = beside(scene, sampler, away_m, pitch_deg)
+    renderer.settle(camera)
+    out = renderer.render(camera, outputs=("surface", "distance"))
+    height, width = out["surface"].shape
+    middle = out["surface"][height // 2 - 2 : height // 2 + 3, width // 2 - 1 : width // 2 + 2]
+    assert (middle == Surface.COVER).all()
+    if pitch_deg == 0.0:
+        assert out["distance"][height // 2, width // 2] == pytest.approx(away_m, rel=0.3)
+
+
+def test_from_under_a_crown_leaves_are_overhead(scene, sampler, renderer):
+    camera = beside(scene, sampler, 1.5, 70.0)
+    renderer.settle(camera)
+    assert (renderer.render(camera, outputs=("surface",))["surface"] == Surface.COVER).mean() > 0.3
+
+
+def test_windows_hold_their_trees(scene, sampler):
+    """Points of crowns and trunks, from eyes under them, beside them and above."""
+    eye = pf.view("forest", scene.planet).camera.resolve(scene).position_m
+    plants = sampler.within(eye, 40.0)
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        k = random.integers(len(plants))
+        foot = plants.positions_m[k]
+        up = foot / np.linalg.norm(foot)
+        camera = dataclasses.replace(
+            pf.Camera.at(0.0, 0.0, 10.0, heading_deg=random.uniform(0, 360), pitch_deg=random.uniform(-60, 60)).resolve(
+                scene
+            ),
+            position_m=foot + random.normal(size=3) * plants.heights_m[k],
+        )
+        tree = tree_records(plants.only(np.array([k])), camera.position_m)
+        x0, y0, x1, y1 = windows(tree, up[None], camera)[0]
+        turn, share = random.uniform(0, 2 * np.pi, 500), random.uniform(0.05, 1.0, 500)
+        wide = np.where(share > 0.2, plants.radii_m[k], 0.02 * plants.heights_m[k])
+        east = np.cross(up, camera.forward)
+        east /= np.linalg.norm(east)
+        north = np.cross(up, east)
+        points = foot - camera.position_m + (share * plants.heights_m[k])[:, None] * up
+        points = points + wide[:, None] * (np.cos(turn)[:, None] * east + np.sin(turn)[:, None] * north)
+        z = points @ camera.forward
+        x = (points @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 2.0 - 1.0
+        y = (points @ camera.up / z - camera.tan_bottom) / (camera.tan_top - camera.tan_bottom) * 2.0 - 1.0
+        shown = (z > 0.1) & (abs(x) < 1.0) & (abs(y) < 1.0)
+        assert ((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))[shown].all()
 
 
 def test_they_shade_the_ground(scene, renderer):

@@ -8,6 +8,8 @@
 
 layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
 
+uniform int u_first;
+
 // In the tree's own space, cover/tree.glsl.
 out vec3 v_ray;           // from the camera to the quad
 flat out vec3 v_camera;
@@ -17,7 +19,7 @@ flat out float v_height_m;
 flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
-    CoverTree tree = trees[gl_InstanceID];
+    CoverTree tree = trees[u_first + gl_InstanceID];
     vec2 corner = quad_corner(gl_VertexID);
     vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
     float away = length(middle), half_m = HALF_HIGH * tree.height_m, wide_m = HALF_WIDE * tree.radius_m;
@@ -29,6 +31,17 @@ void main() {
     float grow = away > 1.2 * around ? inversesqrt(1.0 - min(around * around / (away * away), 0.6)) : 4.0;
     vec2 reach = grow * vec2(wide_m, half_m * abs(dot(over, up)) + wide_m * abs(dot(view, up)));
     vec3 point = middle + corner.x * reach.x * side + corner.y * reach.y * over;
+    // All of a tree is equally far ahead: planes that cut one another would show as lines where crowns meet.
+    vec3 ahead = frame.camera_forward;
+    float ahead_m = dot(middle, ahead);
+    if (ahead_m - abs(dot(side, ahead)) * reach.x - abs(dot(over, ahead)) * reach.y > 0.05 * away)
+        point *= ahead_m / dot(point, ahead);
+    // From near it may be on all sides.
+    if (tree.window.x < tree.window.z) {
+        vec2 ndc = mix(tree.window.xy, tree.window.zw, 0.5 + 0.5 * corner);
+        float aside_m = length(tree.foot_m - dot(tree.foot_m, up) * up);
+        point = view_ray(ndc) * max(max(dot(tree.foot_m, frame.camera_forward), 0.5 * aside_m), 0.3);
+    }
     mat3 axes = tree_axes(up, tree.turn);
     v_ray = point * axes * (1.0 / tree.height_m);
     v_camera = -tree.foot_m * axes * (1.0 / tree.height_m);

@@ -12,8 +12,8 @@ void tree_lobes(float radius, float turn, out vec4 lobes[TREE_LOBES]) {
     lobes[0] = vec4(0.0, 0.0, 0.66, 0.74 * radius);
     for (int k = 1; k < TREE_LOBES; ++k) {
         float up = fract(0.618034 * float(k) + 3.7 * turn), wide = fract(5.3 * turn + 0.381966 * float(k));
-        float aside = 0.42 + 0.20 * up;
         // None reaches beyond the crown's radius.
-        lobes[k] = vec4(radius * aside * TREE_ANGLES[k], 0.40 + 0.40 * up, radius * min(0.40 + 0.22 * wide, 1.0 - aside));
+        float aside = 0.42 + 0.20 * up, size = min(0.40 + 0.22 * wide, 1.0 - aside);
+        lobes[k] = vec4(radius * aside * TREE_ANGLES[k], 0.40 + 0.40 * up, radius * size);
     }
 }

@@ -7,13 +7,16 @@
 #include "cover/lobes.glsl"
 
 const float TUFT_M = 0.13;            // size of a tuft of leaves
-const int TREE_STEPS = 5;             // into a lobe
+const int TREE_STEPS = 9;             // into a lobe
 const int TREE_TURNS = 3;              // lobes that a ray is followed through
 const int CONIFER_STEPS = 9;          // into the cone
+const float CLUMPS = 1.9, CLUMPS_DEEP = 0.48;  // waves in a crown's radius; how far they shape a lobe's rim
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
+const float LIMB = 0.009;             // of a limb
 const float CONIFER_FOOT = 0.07;      // height of the lowest branches
 const float TREE_WHORLS = 11.0;
 const uint TREE_CONIFER = 1u;
+const mat3 TUFT_LATTICE = mat3(0.36, 0.48, -0.80, -0.80, 0.60, 0.00, 0.48, 0.64, 0.60);   // a rotation
 
 struct TreeHit {
     float t;       // along the ray; below 0: none
@@ -49,13 +52,23 @@ vec3 tree_chance(ivec3 cell, uint seed) {
 
 // Whether there is a tuft at a step. dense: 0..1, share of cells that have one; normal: of the tuft.
 bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
-    // On a skew lattice, and far from the middles of its cells: rows of a straight one would show.
-    vec3 at = (place + vec3(0.37, 0.53, 0.29) * place.zxy) / r.size, cell = floor(at);
-    vec3 chance = tree_chance(ivec3(cell), seed);
-    vec3 away = at - cell - 0.5 - 0.7 * (chance.zxy - 0.5);
-    away -= dot(away, r.ray) * r.ray;   // of the ray from the tuft's middle
-    normal = 1.8 * away + 0.5 * (chance - 0.5) - 0.4 * r.ray;
-    return chance.x < dense && dot(away, away) < mix(0.45, 0.24, r.fine) * (0.6 + 0.8 * chance.y);
+    // On a turned lattice, and far from the middles of its cells: rows of a straight one would show.
+    vec3 at = TUFT_LATTICE * place / r.size, cell = floor(at);
+    vec3 chance = tree_chance(ivec3(cell), seed), lies = chance.yzx - 0.5;
+    vec3 away = at - cell - 0.5 - 0.8 * (chance.zxy - 0.5), along = TUFT_LATTICE * r.ray;
+    away -= dot(away, along) * along;   // of the ray from the tuft's middle
+    normal = (1.8 * away + 0.6 * lies) * TUFT_LATTICE - 0.4 * r.ray;
+    // Longer than wide.
+    float across = dot(away, lies);
+    return chance.x < dense
+        && dot(away, away) + 7.0 * r.fine * across * across < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
+}
+
+// Clumps of leaves, about -1..1: waves that bend one another. place: in crown radii.
+float tree_clump(vec3 place, float turn) {
+    vec3 at = CLUMPS * place + vec3(7.0, 11.0, 13.0) * turn;
+    vec3 waves = abs(4.0 * fract(at + 0.3 * at.yzx) - 2.0) - 1.0;
+    return 0.65 * (waves.x + waves.y + waves.z);
 }
 
 // How much of the light from around reaches a place in the crown. outer: 0 in its middle, 1 at its rim; up: -1..1.
@@ -92,16 +105,18 @@ void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint
         float t = max(begin, 0.0) + 0.3 * r.size;
         for (int i = 0; i < TREE_STEPS && t < end; ++i) {
             vec3 place = r.from + t * r.ray, level = o + t * d, tuft;
-            float inside = 1.0 - dot(level, level);   // 0 at the lobe's rim
+            float clump = tree_clump(place / r.radius, r.turn);
+            float inside = 1.0 - dot(level, level) + CLUMPS_DEEP * (clump - 0.45);   // 0 where leaves begin
             // Sparse at the rim, closed within.
-            if (tree_tuft(r, place, clamp(0.16 + 1.5 * inside, 0.0, 0.9), seed, tuft)) {
+            if (tree_tuft(r, place, clamp(0.12 + 1.2 * inside, 0.0, 0.9), seed, tuft)) {
                 vec3 away = place - middle, share = away / vec3(r.radius, r.radius, 0.36);
                 vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
                 found = TreeHit(t, normalize(crown + (0.55 * r.fine) * tuft),
-                    tree_open(length(share), clamp(share.z, -1.0, 1.0), dot(tuft, tuft)), 0.0);
+                    tree_open(length(share), clamp(share.z, -1.0, 1.0), dot(tuft, tuft))
+                        * clamp(0.72 + 0.5 * clump, 0.3, 1.15), 0.0);
                 return;
             }
-            t += r.size;
+            t += inside > 0.0 ? r.size : 2.0 * r.size;
         }
     }
 }
@@ -164,6 +179,19 @@ void tree_trunk(inout TreeHit found, TreeRay r, float height) {
     found = TreeHit(t, out_xy, mix(0.7, 0.25, z / height) * (1.0 + 0.25 * furrow * r.fine), 1.0);
 }
 
+// Limbs: cylinders from the trunk to the middles of the lobes.
+void tree_limbs(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], float thick) {
+    for (int k = 1; k < TREE_LOBES; ++k) {
+        vec3 foot = vec3(0.0, 0.0, 0.62 * lobes[k].z), along = lobes[k].xyz - foot, from = r.from - foot;
+        float long_2 = dot(along, along), ray_along = dot(r.ray, along), from_along = dot(from, along);
+        float a = long_2 - ray_along * ray_along, b = long_2 * dot(from, r.ray) - from_along * ray_along;
+        float c = long_2 * (dot(from, from) - thick * thick) - from_along * from_along, root = b * b - a * c;
+        float t = (-b - sqrt(max(root, 0.0))) / a, share = (from_along + t * ray_along) / long_2;
+        if (root > 0.0 && t > 0.0 && share > 0.0 && share < 0.9 && (found.t < 0.0 || t < found.t))
+            found = TreeHit(t, normalize(from + t * r.ray - share * along), 0.45 - 0.25 * share, 1.0);
+    }
+}
+
 // from, ray: in the tree's space, ray 1 long. radius: of the crown. pixel: what a pixel spans there. leaf: size of a
 // tuft of leaves; lobes: as tree_lobes() has them.
 TreeHit tree_hit(
@@ -175,6 +203,11 @@ TreeHit tree_hit(
     tree_trunk(found, r, conifer ? 1.0 : 0.8);
     uint seed = floatBitsToUint(turn + 1.0);
     if (conifer) tree_conifer(found, r, seed);
-    else tree_broadleaf(found, r, lobes, seed);
+    else {
+#ifdef TREE_LIMBS
+        tree_limbs(found, r, lobes, LIMB * clamp(2.0 - pixel / (0.3 * LIMB), 0.0, 1.0));
+#endif
+        tree_broadleaf(found, r, lobes, seed);
+    }
     return found;
 }
