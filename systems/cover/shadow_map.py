@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,17 @@ class CoverMapBlock:
     middle_m: Annotated[Vec3, "from the camera"]
     per_m: Annotated[float, "1 / half its side"]
     per_depth_m: Annotated[float, "1 / metres of leaves that are dark"]
-    leaves: Annotated[Vec3, "mean albedo of the trees' leaves"]
+    broadleaf: Annotated[Vec3, "albedo of leaves"]
+    conifer: Vec3
+    crowns: Annotated[float, "area of all crowns of a deep forest of broadleaves over its ground's"]
+
+
+class Forest(NamedTuple):
+    """What distant forests look like: albedos of leaves (3,), and CoverMapBlock.crowns."""
+
+    broadleaf: Floats
+    conifer: Floats
+    crowns: float
 
 
 REACH_M = 600.0
@@ -62,8 +72,8 @@ class ShadowMap:
     def texel_m(self) -> float:
         return 2.0 * self.half_m / self.texels
 
-    def place(self, camera_m: Floats, leaves: Floats, on: bool) -> None:
-        """Say where it lies for a camera. leaves: albedo (3,); on: whether it is to darken anything."""
+    def place(self, camera_m: Floats, forest: Forest, on: bool) -> None:
+        """Say where it lies for a camera. on: whether it is to darken anything."""
         self.block.write(
             CoverMapBlock(
                 x=self.axes[0],
@@ -71,7 +81,9 @@ class ShadowMap:
                 middle_m=self.middle_m - camera_m,
                 per_m=1.0 / self.half_m if on else 1e9,
                 per_depth_m=0.5 / self.texel_m,
-                leaves=leaves,
+                broadleaf=forest.broadleaf,
+                conifer=forest.conifer,
+                crowns=forest.crowns,
             )
         )
 

@@ -29,15 +29,14 @@ from ...engine.wavelengths import wavelengths_of
 from .growth import Growing
 from .near import Near
 from .records import TREE_DTYPE, seen, with_limbs
-from .shadow_map import CoverMapBlock, ShadowMap
+from .shadow_map import CoverMapBlock, Forest, ShadowMap
+from .stand import crowns
 
 __all__ = ["CoverSystem"]
 
 _PLACE, _MAP = "cover.place", "cover.map"
 _BUDGET_MS = 4.0
 """A frame's time for making plots, while somebody looks."""
-_BROADLEAVES = 0.7
-"""Their share in the colour of distant forests."""
 
 
 class _SeenKey(NamedTuple):
@@ -87,7 +86,7 @@ class CoverSystem(System):
             defines={"RADIANCE_FORMAT": format, "LIGHT_EVERY": int(setup.settings["cover.light_every"])},
         )
         self._draw_state = self._gpu.state(depth_test=True, depth_func=">", cull=None)
-        self._colours, self._leaves = -1, np.zeros(3)
+        self._colours, self._forest = -1, Forest(np.zeros(3), np.zeros(3), 0.0)
 
     def release(self) -> None:
         self._gpu.shaders.withdraw(self.name)
@@ -132,7 +131,7 @@ class CoverSystem(System):
             growing = Growing.of(terrain, sea)
             view.near.refresh(key, direction, reach, ground, growing, cover, terrain.seed, budget)
         if not len(view.near.plants):
-            view.shadows.place(frame.camera.position_m, self._leaves, False)
+            view.shadows.place(frame.camera.position_m, self._forest, False)
         found = _SeenKey(view.near.revision, frame.camera.stamp, reach)
         if found != view.key:
             view.key = found
@@ -156,7 +155,7 @@ class CoverSystem(System):
         albedos = reflectance(np.array(colours), self._nm)
         for program in self._trees.values():
             program.set("u_albedos", albedos.astype(np.float32))
-        self._leaves = _BROADLEAVES * albedos[0] + (1.0 - _BROADLEAVES) * albedos[1]
+        self._forest = Forest(albedos[0], albedos[1], crowns(cover))
 
     def settled(self, view: View) -> bool:
         return self._view(view).near.complete
@@ -218,7 +217,7 @@ class CoverSystem(System):
             if on:
                 reach = float(self._settings["cover.reach_m"])
                 view.shadows.draw(near.plants, near.revision, camera.position_m, frame.sun.direction, reach)
-            view.shadows.place(camera.position_m, self._leaves, on)
+            view.shadows.place(camera.position_m, self._forest, on)
             if not view.count:
                 return
             target.use()

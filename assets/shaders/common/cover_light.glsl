@@ -1,18 +1,15 @@
 // Contract "cover_light", default: nothing stands on the ground.
 //
-//   struct CoverMap {
-    vec3 leaves;
-};
-const CoverMap cover_map = CoverMap(vec3(0.0));
-
-float cover_light(vec3 point, float bias)     point: camera-relative metres, planet axes. Share of the sun that trees
+//   float cover_light(vec3 point, float bias)     point: camera-relative metres, planet axes. Share of the sun that trees
 //                                                 leave to it, 0 .. 1. bias: metres towards the sun that are left out
-//   vec3  cover_map.leaves                        mean albedo of their leaves
+//   vec3  cover_map.broadleaf, cover_map.conifer  albedos of their leaves
+//   float cover_map.crowns                        area of all crowns of a deep forest of broadleaves over its ground's
 
 struct CoverMap {
-    vec3 leaves;
+    vec3 broadleaf, conifer;
+    float crowns;
 };
-const CoverMap cover_map = CoverMap(vec3(0.0));
+const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), 0.0);
 
 float cover_light(vec3 point, float bias) {
     return 1.0;

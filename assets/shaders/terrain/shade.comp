@@ -75,7 +75,7 @@ vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
 vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint) * (1.0 + 0.35 * clutter.tint);
 #ifdef GROUND_COVER
-    vec3 tree = cover_map.leaves * (1.0 + 0.3 * clutter.tint);
+    vec3 tree = mix(cover_map.broadleaf, cover_map.conifer, 0.3) * (1.0 + 0.3 * clutter.tint);
 #else
     vec3 tree = FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint);
 #endif
@@ -164,27 +164,38 @@ void stand_clutter(
 #endif
 
 #ifdef GROUND_COVER
-const vec2 CANOPY_FROM = vec2(0.72, 1.0);               // shares of the trees' reach in which it takes over
-const vec2 CROWNS_LIT = vec2(0.30, 0.52);   // light of crowns that shade one another, against and with the sun
-const float GAPS_DARK = 0.7;                            // share of the sun that is missing between them
-const float CROWNS = 1.4, CROWNS_RISE = 0.9;   // area of all crowns over a forest's ground; and their sides
+const vec2 CANOPY_FROM = vec2(0.72, 1.0);   // shares of the trees' reach in which it takes over
+const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
+const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
+const vec2 CROWNS_LIT = vec2(0.47, 0.30);   // of sun and sky that come to a crown, what its leaves throw back evenly
 
-// The shadows of trees; and beyond them a forest's own colour. The clutter's small trees give way to both.
-void cover_ground(Spot s, Ground ground, inout Material material, inout vec2 open) {
+// The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
+// or of the sun's light that comes between them falls with e^-(their area across it), and what they take of it is
+// spread over all of them. CROWNS_LIT is fitted to pictures of trees as solids (planetfall bench cover.far). The
+// clutter's small trees give way to both.
+void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, inout vec2 open) {
     float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
     float left = far < 1.0 ? cover_light(s.point, 0.3) : 1.0;
     // What takes the sun away takes some of the sky as well.
     open *= vec2(left, mix(0.6, 1.0, left));
-    // Crowns cover what is seen between them the sooner the flatter it is looked at.
-    float flat_view = min(inversesqrt(max(1e-4 + dot(s.view, s.zenith) * dot(s.view, s.zenith), 0.01)), 8.0);
-    float crowns = CROWNS * material.growth.trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5)
-        * (1.0 + CROWNS_RISE * (flat_view - 1.0));
-    // Their shadows lie on the far side of each: seen from where the sun stands there are none.
-    float lit = mix(CROWNS_LIT.x, CROWNS_LIT.y, 0.5 + 0.5 * dot(s.view, frame.sun_direction));
     far *= material.inland;
-    material.albedo = mix(material.albedo, cover_map.leaves * (lit * (1.0 + 0.35 * ground.grain)),
-        far * (1.0 - exp(-crowns)));
-    open.x *= 1.0 - far * GAPS_DARK * (1.0 - exp(-CROWNS * material.growth.trees)) * exp(-crowns);
+    // As systems/cover/stand.py has it.
+    float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
+    float area = cover_map.crowns * grown * mix(1.0, CONIFERS_GROUND, conifer) * material.growth.trees
+        * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
+    float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);
+    vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
+    vec2 across = area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0));   // to the eye, to the sun
+    vec2 between = exp(-across);
+    float reached = (1.0 - between.y) / max(across.y, 1e-3) / mu;
+    vec3 leaves = mix(cover_map.broadleaf, cover_map.conifer, conifer) * (1.0 + 0.35 * ground.grain);
+    vec3 sunlit = mix(leaves * (reached * CROWNS_LIT.x), material.albedo * between.y, between.x);
+    vec3 skylit = mix(leaves * CROWNS_LIT.y, material.albedo * (0.5 + 0.5 * between.x), between.x);
+    sunlit = mix(material.albedo, sunlit, far);
+    skylit = mix(material.albedo, skylit, far);
+    // One albedo is for both.
+    open.y *= dot(skylit, vec3(1.0)) / max(dot(sunlit, vec3(1.0)), 1e-4);
+    material.albedo = sunlit;
     material.growth.trees *= far;
 }
 #endif
@@ -245,7 +256,7 @@ vec3 ground_radiance(ivec2 pixel) {
 #endif
     vec2 open = light_visibility(s.point);
 #ifdef GROUND_COVER
-    cover_ground(s, ground, material, open);
+    cover_ground(s, ground, normal, material, open);
 #endif
 #ifdef GROUND_CLUTTER
     stand_clutter(s, water.to_sun, ground.above_sea_m, rises, gradient, material, normal, open);
