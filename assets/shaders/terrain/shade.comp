@@ -196,7 +196,7 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     // One albedo is for both.
     open.y *= dot(skylit, vec3(1.0)) / max(dot(sunlit, vec3(1.0)), 1e-4);
     material.albedo = sunlit;
-    material.growth.trees *= far;
+    material.growth.trees = 0.0;
 }
 #endif
 
