@@ -167,12 +167,13 @@ void stand_clutter(
 const vec2 CANOPY_FROM = vec2(0.72, 1.0);   // shares of the trees' reach in which it takes over
 const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
 const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
-const vec2 CROWNS_LIT = vec2(0.47, 0.30);   // of sun and sky that come to a crown, what its leaves throw back evenly
+const float CROWNS_HIDE = 0.75;             // share of a crown that takes the sun from others, for leaves pass light on
+const vec2 CROWNS_LIT = vec2(0.44, 0.30);   // of sun and sky that come to a crown, what its leaves throw back evenly
 
 // The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
 // or of the sun's light that comes between them falls with e^-(their area across it), and what they take of it is
-// spread over all of them. CROWNS_LIT is fitted to pictures of trees as solids (planetfall bench cover.far). The
-// clutter's small trees give way to both.
+// spread over all of them. CROWNS_LIT and CROWNS_HIDE are fitted to pictures of trees as solids (planetfall bench
+// cover.far). The clutter's small trees give way to both.
 void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, inout vec2 open) {
     float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
     float left = far < 1.0 ? cover_light(s.point, 0.3) : 1.0;
@@ -187,7 +188,7 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
     vec2 across = area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0));   // to the eye, to the sun
     vec2 between = exp(-across);
-    float reached = (1.0 - between.y) / max(across.y, 1e-3) / mu;
+    float hidden = max(CROWNS_HIDE * across.y, 1e-3), reached = (1.0 - exp(-hidden)) / hidden / mu;
     vec3 leaves = mix(cover_map.broadleaf, cover_map.conifer, conifer) * (1.0 + 0.35 * ground.grain);
     vec3 sunlit = mix(leaves * (reached * CROWNS_LIT.x), material.albedo * between.y, between.x);
     vec3 skylit = mix(leaves * CROWNS_LIT.y, material.albedo * (0.5 + 0.5 * between.x), between.x);
