@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..height_steps import layer_weight
+from .currents import currents
 from .form import (
     LAKE_NEAR_M2,
     NEAR_M2,
@@ -151,7 +152,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     pairs = river_pairs(table, points, False)
     if pairs is None:
         return Waters(level, beyond, depth, current)
-    height, half, deep, _, reach, lake, discharge = pairs.value[:7]
+    height, half, deep, _, reach, lake = pairs.value[:6]
     near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
     share = river_share(pairs.d, half, reach, near) * (half > 0.0)
     total = np.add.reduceat(share, pairs.first)
@@ -165,16 +166,5 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
     edge = np.where(half > 0.0, pairs.d - half, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
-    inside = np.clip(pairs.d / np.maximum(half, 1e-3), 0.0, 1.0)
-    below = deep * (1.0 - inside * inside)
-    # Mean speed through the section, twice that in its middle, none at the edge or in a lake.
-    speed = np.where(half > 0.0, discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), 0.0) * (1.0 - lake)
-    speed = np.minimum(speed, _FASTEST_M_S) * 1.5 * (1.0 - inside * inside)
-    strongest = chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
-    pull = pairs.along[:, strongest]
-    length = np.sqrt((pull * pull).sum(axis=0))
-    current[:, at] = pull / np.maximum(length, 1e-12) * speed[strongest]
+    current[:, at] = currents(table, points, pairs)
     return Waters(level, beyond, depth, current)
-
-
-_FASTEST_M_S = 5.0
