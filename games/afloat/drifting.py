@@ -22,6 +22,8 @@ _PUSH_M_S = 1.0
 """How fast a raft slides off a bank at most."""
 _FLAT = 0.02
 """Ground less steep than this lifts a raft and pushes it nowhere."""
+_STEEP = 0.3
+"""Water steeper than this lets a raft slide down it across the current: the edge of a fall."""
 _STRIDE_BY_DEPTH = 5.0
 """Rivers are 17 to 33 times as wide to a side as they are deep (docs/rivers.md): a quarter of that at most."""
 _LEAST_M, _MOST_M = 0.5, 40.0
@@ -94,7 +96,8 @@ class Rafts:
 
         stays = np.exp(-dt / _SPEED_S)[:, None]
         self.velocity_m_s = self.current_m_s + (self.velocity_m_s - self.current_m_s) * stays
-        push = self._push(spots, depth, dt)
+        levels = np.where(wet, water.level_m.reshape(wet.shape), self.level_m[:, None])
+        push = self._push(spots, depth, dt) + self._slide(levels, dt)
         into = np.minimum((self.velocity_m_s * push).sum(axis=1), 0.0)
         square = np.maximum((push * push).sum(axis=1), 1e-12)
         self.velocity_m_s -= push * (into / square)[:, None]
@@ -130,6 +133,14 @@ class Rafts:
         np.add.at(self.aground_m, raft, np.minimum(sunk, DRAFT_M) / len(_SPOTS))
         length = np.linalg.norm(push, axis=1)
         return push * (np.minimum(length, _PUSH_M_S * dt) / np.maximum(length, 1e-12))[:, None]
+
+    def _slide(self, levels_m: Floats, dt: Floats) -> Floats:
+        """(N, 3) m: down water that stands steeply below the raft."""
+        x, y = (levels_m @ axis / (axis @ axis) for axis in _SPOTS.T)
+        port = np.cross(self.up, self.ahead)
+        down = -(x[:, None] * self.ahead + y[:, None] * port)
+        slope = np.linalg.norm(down, axis=1)
+        return down * (np.where(slope > _STEEP, _PUSH_M_S * dt, 0.0) / np.maximum(slope, _STEEP))[:, None]
 
     def _turn(self, dt: Floats) -> None:
         """The logs along the current."""
