@@ -131,6 +131,9 @@ class Rafts:
         far = np.where(steep > _FLAT, np.minimum(sunk / np.maximum(steep, _FLAT), LENGTH_M), 0.0)
         np.add.at(push, raft, away / np.maximum(steep, _FLAT)[:, None] * far[:, None])
         np.add.at(self.aground_m, raft, np.minimum(sunk, DRAFT_M) / len(_SPOTS))
+        # Not against the current: water piles up behind a raft on a bar until it slides over.
+        way = self.current_m_s / np.maximum(np.linalg.norm(self.current_m_s, axis=1), _SLOWEST_M_S)[:, None]
+        push -= way * np.minimum((push * way).sum(axis=1), 0.0)[:, None]
         length = np.linalg.norm(push, axis=1)
         return push * (np.minimum(length, _PUSH_M_S * dt) / np.maximum(length, 1e-12))[:, None]
 

@@ -107,8 +107,6 @@ def test_water_flows_downhill(table: RiverTable, in_rivers: tuple[Floats, Waters
     assert climbs.max() < 1e-3
 
 
-
-
 def test_lakes_drain_into_their_rivers(table: RiverTable) -> None:
     """From all over a lake water comes to where its river leaves, over no rim."""
     lakes = lines_of(table, lake=True)
