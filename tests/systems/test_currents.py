@@ -107,6 +107,26 @@ def test_water_flows_downhill(table: RiverTable, in_rivers: tuple[Floats, Waters
     assert climbs.max() < 1e-3
 
 
+def test_mouths_are_open(table: RiverTable) -> None:
+    """Down the middle of the last stretch, from the river out into the sea, there is water all the way."""
+    end = np.flatnonzero((table.to < 0) & (table.values[:, 6] > 100.0))
+    last = np.flatnonzero(np.isin(table.to, end))
+    mouths = np.flatnonzero(np.isin(table.to, last) & (table.values[:, 1] > 0.0))
+    assert len(mouths) > 50
+    with pf.load_scene("earth") as scene:
+        scene.planet[Terrain].drainage_cells = CELLS
+        sampler = pf.TerrainSampler(scene)
+    shut = 0
+    for mouth in mouths[:60]:
+        points = np.concatenate([
+            beside_lines(table, np.full(40, mouth), np.linspace(0.98, 1.0, 40), np.zeros(40)),
+            beside_lines(table, np.full(120, table.to[mouth]), np.linspace(0.0, 1.0, 120), np.zeros(120)),
+        ], axis=1)  # fmt: skip
+        water = sampler.water(points.T)
+        shut += bool((water.depth_m <= 0.2).any())
+    assert shut <= 1
+
+
 def test_lakes_drain_into_their_rivers(table: RiverTable) -> None:
     """From all over a lake water comes to where its river leaves, over no rim."""
     lakes = lines_of(table, lake=True)
