@@ -26,7 +26,7 @@ _STEEP = 0.3
 """Water steeper than this lets a raft slide down it across the current: the edge of a fall."""
 _STRIDE_BY_DEPTH = 5.0
 """Rivers are 17 to 33 times as wide to a side as they are deep (docs/rivers.md): a quarter of that at most."""
-_LEAST_M, _MOST_M = 0.5, 40.0
+_LEAST_M, _MOST_M = 0.5, 80.0
 _SLOWEST_M_S = 0.002
 """Below this water stands still: where the sea has been reached."""
 _SPOTS = np.array([[0.0, 0.0], [0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]]) * [LENGTH_M, BEAM_M]
