@@ -1,8 +1,9 @@
 """Rafts that drift down rivers and across lakes to the sea, as the water of TerrainSampler carries them.
 
 A raft keeps to the water's level and takes on the water's speed within seconds: what a body so light does in a river
-follows from where it is, so steps may be as long as the water is wide, and a journey of weeks takes minutes. Positions
-are planet-centred metres in planet axes, in float64.
+follows from where it is, so steps may be as long as the water is wide, and a journey of weeks takes minutes. Its sweep,
+a long oar, keeps it off shallow water along the banks, where it would crawl. Positions are planet-centred metres in
+planet axes, in float64.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ _SPEED_S, _LEVEL_S, _TURN_S = 2.0, 0.4, 6.0
 """In which a raft takes on the water's speed, level and way, but for 1/e of what is missing."""
 _PUSH_M_S = 1.0
 """How fast a raft slides off a bank at most."""
+_SWEEP_M_S = 0.3
+"""What a sweep moves a raft by, towards deeper water."""
 _FLAT = 0.02
 """Ground less steep than this lifts a raft and pushes it nowhere."""
 _STEEP = 0.3
@@ -59,6 +62,7 @@ class Rafts:
         self.current_m_s = water.current_m_s.copy()
         self.velocity_m_s = water.current_m_s.copy()
         self.time_s = np.zeros(count)
+        self._before_m_s, self._before_s = self.current_m_s, np.full(count, np.inf)
         self.ahead = _across(self.up, np.where(self._still()[:, None], [0.0, 0.0, 1.0], self.current_m_s))
 
     def _still(self) -> NDArray[np.bool_]:
@@ -94,8 +98,8 @@ class Rafts:
         self.current_m_s = water.current_m_s.reshape(*wet.shape, 3).sum(axis=1) / many[:, None]
         self.depth_m = depth[:, 0]
 
-        stays = np.exp(-dt / _SPEED_S)[:, None]
-        self.velocity_m_s = self.current_m_s + (self.velocity_m_s - self.current_m_s) * stays
+        aim = self._middle_of_step(dt) + self._sweep(depth)
+        self.velocity_m_s = aim + (self.velocity_m_s - aim) * np.exp(-dt / _SPEED_S)[:, None]
         levels = np.where(wet, water.level_m.reshape(wet.shape), self.level_m[:, None])
         push = self._push(spots, depth, dt) + self._slide(levels, dt)
         into = np.minimum((self.velocity_m_s * push).sum(axis=1), 0.0)
@@ -104,8 +108,8 @@ class Rafts:
         moved = self.up + (self.velocity_m_s * dt[:, None] + push) / self.sampler.radius_m
         self.up = moved / np.linalg.norm(moved, axis=1)[:, None]
         self.velocity_m_s = _level(self.up, self.velocity_m_s)
-        aim = self.level_m + self.aground_m
-        self.height_m = aim + (self.height_m - aim) * np.exp(-dt / _LEVEL_S)
+        rests = self.level_m + self.aground_m
+        self.height_m = rests + (self.height_m - rests) * np.exp(-dt / _LEVEL_S)
         self._turn(dt)
         self.time_s = self.time_s + dt
 
@@ -114,6 +118,28 @@ class Rafts:
         port = np.cross(self.up, self.ahead)
         x, y = _SPOTS.T[..., None] / self.sampler.radius_m
         return self.up[:, None] + x * self.ahead[:, None] + y * port[:, None]
+
+    def _middle_of_step(self, dt: Floats) -> Floats:
+        """(N, 3) m/s: the current half a step ahead, by how it changed over the last (Adams and Bashforth 1883): with
+        that of the step's beginning rafts would leave each bend further outside."""
+        change = (self.current_m_s - self._before_m_s) * (0.5 * dt / self._before_s)[:, None]
+        speed = np.linalg.norm(self.current_m_s, axis=1)
+        change *= (np.linalg.norm(change, axis=1) < 0.5 * speed)[:, None]
+        self._before_m_s, self._before_s = self.current_m_s, np.where(dt > 0.0, dt, np.inf)
+        return self.current_m_s + change
+
+    def _sweep(self, depth: Floats) -> Floats:
+        """(N, 3) m/s towards deeper water, the more the shallower it is by the raft's length."""
+        deeper = self._slope(depth)
+        by_length = np.linalg.norm(deeper, axis=1) * LENGTH_M
+        share = np.minimum(by_length / np.maximum(self.depth_m, DRAFT_M), 1.0)
+        moving = np.linalg.norm(self.current_m_s, axis=1) > _SLOWEST_M_S
+        return deeper * (_SWEEP_M_S * LENGTH_M * share * moving / np.maximum(by_length, 1e-9))[:, None]
+
+    def _slope(self, values: Floats) -> Floats:
+        """(N, 3) level: how values (N, 5) at the spots change, 1/m."""
+        x, y = (values @ axis / (axis @ axis) for axis in _SPOTS.T)
+        return x[:, None] * self.ahead + y[:, None] * np.cross(self.up, self.ahead)
 
     def _push(self, spots: Floats, depth: Floats, dt: Floats) -> Floats:
         """(N, 3) m: off the banks, so far that the ground lets go of the logs; `aground_m` where it is flat."""
@@ -135,15 +161,16 @@ class Rafts:
         way = self.current_m_s / np.maximum(np.linalg.norm(self.current_m_s, axis=1), _SLOWEST_M_S)[:, None]
         push -= way * np.minimum((push * way).sum(axis=1), 0.0)[:, None]
         length = np.linalg.norm(push, axis=1)
-        return push * (np.minimum(length, _PUSH_M_S * dt) / np.maximum(length, 1e-12))[:, None]
+        return push * (np.minimum(length, np.minimum(_PUSH_M_S * dt, LENGTH_M)) / np.maximum(length, 1e-12))[:, None]
 
     def _slide(self, levels_m: Floats, dt: Floats) -> Floats:
         """(N, 3) m: down water that stands steeply below the raft."""
-        x, y = (levels_m @ axis / (axis @ axis) for axis in _SPOTS.T)
-        port = np.cross(self.up, self.ahead)
-        down = -(x[:, None] * self.ahead + y[:, None] * port)
+        down = -self._slope(levels_m)
         slope = np.linalg.norm(down, axis=1)
-        return down * (np.where(slope > _STEEP, _PUSH_M_S * dt, 0.0) / np.maximum(slope, _STEEP))[:, None]
+        return (
+            down
+            * (np.where(slope > _STEEP, np.minimum(_PUSH_M_S * dt, LENGTH_M), 0.0) / np.maximum(slope, _STEEP))[:, None]
+        )
 
     def _turn(self, dt: Floats) -> None:
         """The logs along the current."""

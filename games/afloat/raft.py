@@ -32,9 +32,10 @@ _LOGS = 8
 
 
 def launch(sampler: pf.TerrainSampler, path: Floats, sea_level_m: float = 0.0) -> Floats:
-    """The direction (3,) of the deepest water about the first of a river's places (K, 3) that has enough of it.
+    """The direction (3,) of the fastest deep water about the first of a river's places (K, 3) that has any.
 
-    ValueError for a river that is too shallow all the way to the sea.
+    Its bed lies above the sea's level, so that there is a way to go. ValueError for a river that is too shallow all the
+    way to the sea.
     """
     steps = np.arange(-_AROUND_M, _AROUND_M + 1.0, _APART_M) / sampler.radius_m
     x, y = (grid.ravel()[:, None] for grid in np.meshgrid(steps, steps))
@@ -44,9 +45,10 @@ def launch(sampler: pf.TerrainSampler, path: Floats, sea_level_m: float = 0.0) -
         places = place + x * east + y * np.cross(place, east)
         places /= np.linalg.norm(places, axis=1)[:, None]
         water = sampler.water(places)
-        depth = np.where(water.level_m > sea_level_m + 1.0, water.depth_m, 0.0)
-        if depth.max() >= LEAST_DEPTH_M:
-            return places[int(np.argmax(depth))]
+        deep = (water.depth_m >= LEAST_DEPTH_M) & (water.level_m - water.depth_m > sea_level_m)
+        if deep.any():
+            speed = np.linalg.norm(water.current_m_s, axis=1)
+            return places[int(np.argmax(np.where(deep, speed, -1.0)))]
     raise ValueError(f"this river is nowhere {LEAST_DEPTH_M} m deep above the sea; choose one with more water")
 
 

@@ -64,14 +64,16 @@ def test_rafts_come_to_the_sea(scene: pf.Scene, sampler: pf.TerrainSampler) -> N
         rafts.step(dt_s)
         assert (rafts.time_s < 5.0 * DAY_S).all(), "stuck"
         moved = np.linalg.norm(rafts.up - before, axis=1) * sampler.radius_m
-        assert (moved <= 80.0 + 1.0 * dt_s).all(), "no jumps: a stride, and what a bank pushes"
+        # A stride by the faster of two currents, 1.5 of it where they grow, what a sweep and two pushes add.
+        assert (moved <= 120.0 + 0.3 * dt_s + 10.0).all(), "no jumps"
         assert np.isfinite(rafts.positions_m).all()
         # Where the ground lifts a raft, it is by its draft at most; and it sinks with the water as that falls, 7.5 m/s
         # down slopes of less than 1 in 100, within 0.4 s.
         assert (rafts.height_m - rafts.level_m <= DRAFT_M + 0.03).all()
         assert (rafts.level_m - rafts.height_m <= 0.01).all(), "never drowned: water does not climb"
-        # Levels are means of the lines about; what they differ by in float64 and float32 is less.
-        assert (rafts.level_m <= highest + 1e-3).all()
+        # Levels are means of the lines about, in which a place's own is all but alone; at the shore a raft may lie on
+        # the river and on the sea by turns.
+        assert (rafts.level_m <= highest + np.where(highest > 1.0, 1e-3, 0.05)).all()
         highest = np.minimum(highest, rafts.level_m)
         afloat += (rafts.depth_m > DRAFT_M) & going
         steps += going
@@ -106,14 +108,24 @@ def test_lakes_let_rafts_go(sampler: pf.TerrainSampler) -> None:
     assert table is not None
     rafts = Rafts(sampler, lake_places(table, sampler, 4))
     lake_m = rafts.level_m.copy()
-    for _ in range(4000):
-        inside = rafts.level_m > lake_m - 0.5
+
+    def speed() -> Floats:
+        return np.linalg.norm(rafts.current_m_s, axis=1)
+
+    assert (speed() < 0.1).all()
+    for _ in range(2000):
+        inside = speed() < 2.0
         if not inside.any():
             break
         rafts.step(np.where(inside, rafts.longest_step_s(), 0.0))
         assert (rafts.depth_m > 0.0).all()
     assert not inside.any(), "stuck in a lake"
     assert rafts.time_s.max() < 3.0 * 365.0 * DAY_S
+    out = rafts.up.copy()
+    for _ in range(100):
+        rafts.step(rafts.longest_step_s())
+    assert (np.linalg.norm(rafts.up - out, axis=1) * sampler.radius_m > 1000.0).all()
+    assert (rafts.level_m <= lake_m + 1e-3).all()
 
 
 def test_no_mountain_stream_holds_a_raft() -> None:
