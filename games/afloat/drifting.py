@@ -167,10 +167,8 @@ class Rafts:
         """(N, 3) m: down water that stands steeply below the raft."""
         down = -self._slope(levels_m)
         slope = np.linalg.norm(down, axis=1)
-        return (
-            down
-            * (np.where(slope > _STEEP, np.minimum(_PUSH_M_S * dt, LENGTH_M), 0.0) / np.maximum(slope, _STEEP))[:, None]
-        )
+        far = np.where(slope > _STEEP, np.minimum(_PUSH_M_S * dt, LENGTH_M), 0.0)
+        return down * (far / np.maximum(slope, _STEEP))[:, None]
 
     def _turn(self, dt: Floats) -> None:
         """The logs along the current."""

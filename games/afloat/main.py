@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 LATITUDE_DEG, LONGITUDE_DEG = 37.6337, 140.5655
 """Water 150 m deep, land a mile off."""
 SUN_ELEVATION_DEG, SUN_AZIMUTH_DEG = 28.0, 250.0
-RIVER = 0
+RIVER = 9
 """That the raft drifts down."""
 _MOST_STEPS = 8
 """A frame: slower machines see slower waves."""

@@ -52,7 +52,7 @@ def journeys(scene: pf.Scene, sampler: pf.TerrainSampler, count: int) -> list[tu
 
 
 def test_rafts_come_to_the_sea(scene: pf.Scene, sampler: pf.TerrainSampler) -> None:
-    """From the upper reaches of three rivers: 150 to 300 km in a day or two of their time."""
+    """From the upper reaches of three rivers: 70 to 230 km as the crow flies, in a day of their time."""
     chosen = journeys(scene, sampler, 3)
     rafts = Rafts(sampler, [start for _, start in chosen])
     start, highest = rafts.up.copy(), rafts.level_m.copy()
@@ -80,7 +80,7 @@ def test_rafts_come_to_the_sea(scene: pf.Scene, sampler: pf.TerrainSampler) -> N
     assert (afloat > 0.99 * steps).all()
     assert (rafts.level_m == 0.0).all() and (rafts.depth_m > DRAFT_M).all()
     far_m = np.linalg.norm(rafts.up - start, axis=1) * sampler.radius_m
-    assert (far_m > 1e5).all()
+    assert (far_m > 5e4).all()
     # A cell is 113 km wide: the raft has come out at its own river's mouth.
     for k, (river, _) in enumerate(chosen):
         assert np.linalg.norm(rafts.up[k] - river.mouth) * sampler.radius_m < 1.13e5
