@@ -43,7 +43,7 @@ def upright(place: Floats, heading_deg: float) -> Floats:
     east = np.cross([0.0, 0.0, 1.0], up)
     east /= np.linalg.norm(east)
     heading = np.radians(heading_deg)
-    ahead = np.cos(heading) * np.cross(up, east) + np.sin(heading) * east
+    ahead: Floats = np.asarray(np.cos(heading) * np.cross(up, east) + np.sin(heading) * east, dtype=np.float64)
     return quaternion_of(np.stack([ahead, np.cross(up, ahead), up], axis=1))
 
 
