@@ -127,8 +127,7 @@ def lake_edges(course: Course) -> Added:
 
 
 def confluences(course: Course, main: Indices) -> Added:
-    """At the bank of a much wider river: as wide as the one that joins it, as high as the wider one, in whose water the
-    rest of the way lies."""
+    """At the bank of a much wider river: as wide as the one that joins it."""
     upper, to = course.rivers_only(), course.to
     upper = upper[main[to[upper]] != upper]
     # By all of their water, so that how much of it there is to be changes no node's number.
@@ -138,8 +137,7 @@ def confluences(course: Course, main: Indices) -> Added:
     wider = np.maximum(course.rivers[HALF_WIDTH, to[upper]], _WIDER_M)
     share = np.minimum(_BESIDE * wider / (_lengths(here - there) * course.radius_m), _FURTHEST_BESIDE)
     rows, below = course.rivers[:, upper].copy(), course.rivers[:, to[upper]]
-    rows[LEVEL] = below[LEVEL]
-    for row in (FLAT, REACH):
+    for row in (LEVEL, FLAT, REACH):
         rows[row] = below[row] + (rows[row] - below[row]) * share
     return Added(upper, _unit(there + (here - there) * share[:, None]), rows, lake=False)
 
