@@ -3,6 +3,7 @@
 
 import io
 import sys
+import tempfile
 from pathlib import Path
 
 from PIL import Image
@@ -11,6 +12,7 @@ from rich.console import Console
 import planetfall as pf
 from planetfall.benchmarks.suites.papers import PICTURES as VIEWS
 from planetfall.capture.river_map import river_map
+from planetfall.games.afloat import main as afloat
 from planetfall.query.drainage import climate_params, network_below
 from planetfall.systems.capture import contact_sheet
 
@@ -90,8 +92,16 @@ def gullies() -> Image.Image:
     return sheet
 
 
-SHEETS = {"paper": paper_sheet, "rivers": rivers, "gullies": gullies}
-"""Drawn by functions of their own: the sources' methods beside ours, and a map."""
+def raft() -> Image.Image:
+    """The raft of games/afloat after twenty seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        shot = ["--raft", "--frames", "1", "--skip-s", "20", "--size", *map(str, SIZE), "--quality", QUALITY]
+        afloat.main([*shot, "--output", folder])
+        return Image.open(Path(folder) / "raft_0000.png").copy()
+
+
+SHEETS = {"paper": paper_sheet, "rivers": rivers, "gullies": gullies, "raft": raft}
+"""Drawn by functions of their own: the sources' methods beside ours, a map, and a game."""
 
 
 def as_jpeg(picture: Image.Image, largest_bytes: int = LARGEST_BYTES) -> bytes:

@@ -1,4 +1,4 @@
-"""A boat rounds buoys in the swell: in a window, or as pictures with --frames."""
+"""A boat rounds buoys in the swell, or a raft drifts down a river: in a window, or as pictures with --frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PIL import Image
 
 import planetfall as pf
 
-from . import shapes
+from . import raft, shapes
 from .floating import STEP_S, Body, Flotilla, boat_hull, disc_hull
 from .turning import axes_of, upright
 
@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 LATITUDE_DEG, LONGITUDE_DEG = 37.6337, 140.5655
 """Water 150 m deep, land a mile off."""
 SUN_ELEVATION_DEG, SUN_AZIMUTH_DEG = 28.0, 250.0
+RIVER = 9
+"""That the raft drifts down."""
 _MOST_STEPS = 8
 """A frame: slower machines see slower waves."""
 _KNOTS = 0.514444
@@ -171,6 +173,8 @@ def east_north(up: Floats) -> tuple[Floats, Floats]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the game; returns the exit code: 2 for an error that the message explains."""
     options = parse(arguments)
+    if options.raft is not None:
+        return drift(options)
     try:
         game = Game(
             options.output,
@@ -190,6 +194,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
             game.scene, game.camera(), sun=game.sun, size=options.size, quality=options.quality,
             on_frame=lambda time_s, dt_s: follow(game, time_s, dt_s),
         )  # fmt: skip
+        return 0
+    finally:
+        game.release()
+
+
+def drift(options: Any) -> int:
+    """A raft in place of the boat; returns the exit code."""
+    try:
+        game = raft.RaftGame(options.output, options.raft, quality=options.quality, hurry=options.hurry)
+    except pf.expected_errors() as error:
+        sys.stderr.write(f"afloat: {error}\n")
+        return 2
+    try:
+        if options.frames or not pf.has_display():
+            raft.record(game, options)
+        else:
+            pf.fly(
+                game.scene, game.camera(), sun=game.sun, size=options.size, quality=options.quality,
+                on_frame=lambda _, dt_s: game.follow(dt_s),
+            )  # fmt: skip
         return 0
     finally:
         game.release()
@@ -230,6 +254,11 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--buoys", type=int, default=5, help="number of buoys")
     parser.add_argument("--wind", type=float, default=1.5, help="wind in m/s")
     parser.add_argument("--swell", type=float, default=1.6, help="significant height of the swell in m")
+    parser.add_argument(
+        "--raft", type=int, nargs="?", const=RIVER, metavar="RIVER",
+        help=f"drift down a river to the sea instead, {RIVER} of those that `planetfall rivers earth` lists or another",
+    )  # fmt: skip
+    parser.add_argument("--hurry", type=float, default=1.0, help="so many seconds of the raft's in one")
     parser.add_argument("--frames", type=int, default=0, help="render so many pictures instead of opening a window")
     parser.add_argument("--fps", type=float, default=30.0, help="pictures a second")
     parser.add_argument("--skip-s", type=float, default=2.0, help="let them float so long before the first picture")
@@ -239,6 +268,8 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.buoys < 0 or options.frames < 0 or options.fps <= 0.0 or options.skip_s < 0.0:
         parser.error("--buoys, --frames and --skip-s from 0, --fps above 0")
+    if (options.raft or 0) < 0 or not 0.0 < options.hurry < float("inf"):
+        parser.error("--raft from 0, --hurry above 0")
     options.size = tuple(options.size)
     return options
 

@@ -72,12 +72,21 @@ def _outward(points: Floats, faces: Faces) -> Faces:
 
 def write(folder: Path) -> dict[str, str]:
     """The shapes as files in the folder; paths by name: hull, drum, band (the buoy's painted waterline)."""
-    folder.mkdir(parents=True, exist_ok=True)
-    meshes = {
+    return _written(folder, {
         "hull": hull_mesh(),
         "drum": drum_mesh(BUOY_M, -BUOY_DRAFT_M, BUOY_FREEBOARD_M),
         "band": drum_mesh(BUOY_M + 0.02, 0.0, 0.1),
-    }
+    })  # fmt: skip
+
+
+def raft_files(folder: Path) -> dict[str, str]:
+    """The same of a raft: log, lying along X, of length and diameter 1."""
+    points, faces = drum_mesh(1.0, -0.5, 0.5, 16)
+    return _written(folder, {"log": (points[:, [2, 0, 1]], faces)})
+
+
+def _written(folder: Path, meshes: dict[str, tuple[Floats, Faces]]) -> dict[str, str]:
+    folder.mkdir(parents=True, exist_ok=True)
     paths = {}
     for name, (points, faces) in meshes.items():
         lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in points]

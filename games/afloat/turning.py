@@ -43,8 +43,12 @@ def upright(place: Floats, heading_deg: float) -> Floats:
     east = np.cross([0.0, 0.0, 1.0], up)
     east /= np.linalg.norm(east)
     heading = np.radians(heading_deg)
-    ahead = np.cos(heading) * np.cross(up, east) + np.sin(heading) * east
-    m = np.stack([ahead, np.cross(up, ahead), up], axis=1)
+    ahead: Floats = np.asarray(np.cos(heading) * np.cross(up, east) + np.sin(heading) * east, dtype=np.float64)
+    return quaternion_of(np.stack([ahead, np.cross(up, ahead), up], axis=1))
+
+
+def quaternion_of(m: Floats) -> Floats:
+    """(x, y, z, w) of a rotation matrix (3, 3), as `axes_of` gives it."""
     # Shepperd 1978: from the largest of the four, so that nothing is divided by a small number.
     trace = m[0, 0] + m[1, 1] + m[2, 2]
     squares = np.array([m[0, 0], m[1, 1], m[2, 2], trace]) * 2.0 - trace + 1.0

@@ -198,9 +198,12 @@ class FlightApp:
         # (0, 0) while minimised, on some systems
         visible = width > 0 and height > 0 and not getattr(self.window, "minimised", False)
         try:
+            held = None
             if self._on_frame is not None:
-                self._on_frame(self.time_s, dt_s * self.time_speed if self.time_runs else 0.0)
+                held = self._on_frame(self.time_s, dt_s * self.time_speed if self.time_runs else 0.0)
             self._move(state, dt_s)
+            if isinstance(held, Camera):
+                self.pilot.place(self.planets.arrive(held, None)[0])
             if visible:
                 self.renderer.render_to(
                     self.window.framebuffer, self.camera, self.time_s, viewport=(0, 0, width, height), dt_s=dt_s
@@ -469,6 +472,7 @@ def fly(
     monitor: which one to open on, the first is 1; None: where the system puts windows. frame_cap: frames a second at
     most; 0: as many as there can be.
     on_frame(time_s, dt_s) is called before each picture: where a game moves its objects. dt_s is 0 while time stands.
+    A Camera that it returns is where this picture is taken from, whatever the player steers.
     Raises NoDisplayError without a display, WindowVersionError below OpenGL 4.3, WindowError for a monitor that isn't
     there, SettingError for an unknown quality or override, or a frame cap below 0.
     """

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..components import Ocean, Planet, Terrain
 from ..systems.terrain.drainage.climate import climate_params
-from ..systems.terrain.drainage.network import CELLS, Network
+from ..systems.terrain.drainage.network import Network
 from ..systems.terrain.drainage.stored import network_of
 from ..systems.terrain.height import TerrainParams
 
@@ -64,13 +64,15 @@ class River:
         return self.path[-1]
 
 
-def network_below(planet: Parts, cells: int = CELLS, progress: Callable[[float], None] | None = None) -> Network:
-    """The rivers of a scene's planet; solved, or from the user's cache folder."""
+def network_below(planet: Parts, cells: int | None = None, progress: Callable[[float], None] | None = None) -> Network:
+    """The rivers of a scene's planet; solved, or from the user's cache folder. cells: the terrain's own by default."""
     terrain, shape = planet.get(Terrain), planet.get(Planet)
     if terrain is None or shape is None:
         raise ValueError("drainage: the planet has no Terrain, so there is nothing that water could run down")
     params = TerrainParams.from_component(terrain, shape.radius_m)
-    return network_of(params, climate_params(terrain, planet.get(Ocean) is not None), cells, progress)
+    return network_of(
+        params, climate_params(terrain, planet.get(Ocean) is not None), cells or terrain.drainage_cells, progress
+    )
 
 
 def drainage_at(network: Network, directions: Floats) -> Drainage:

@@ -27,8 +27,8 @@ class Water:
     depth_m: Floats
     """(N,) of the ground below that; 0 where it is dry"""
     current_m_s: Floats
-    """(N, 3) how fast water flows, and where to, in planet axes: fastest in the middle of a river, 0 in lakes and the
-    sea"""
+    """(N, 3) how fast water flows, and where to, in planet axes: along the banks, fastest in the middle, millimetres a
+    second through lakes to where they drain, 0 in the sea"""
 
 
 def water_at(field: TerrainField, sea_level_m: float | None, directions: Floats) -> Water:

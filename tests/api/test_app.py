@@ -48,6 +48,22 @@ def test_starts_where_it_was_told(scene: Any) -> None:
     assert camera.fov_y_deg == 40
 
 
+def test_a_game_may_hold_the_camera(scene: Any) -> None:
+    """A camera that on_frame returns is where the picture is taken from; None leaves it to the player."""
+    places = [None, pf.Camera.at(10, 20, 5000, heading_deg=90, fov_y_deg=40), None]
+    told = iter(places)
+    app, _, renderer = app_of(scene, on_frame=lambda time_s, dt_s: next(told))
+    for _ in places:
+        app.frame()
+    free, held, after = (np.array(drawn[0].position_m) for drawn in renderer.drawn)
+    expected = places[1].resolve(scene)
+    np.testing.assert_allclose(held, expected.position_m, rtol=1e-12)
+    assert renderer.drawn[1][0].fov_y_deg == 40
+    assert np.linalg.norm(free - held) > 1e6
+    # From there the player flies on.
+    np.testing.assert_allclose(after, held, rtol=1e-9)
+
+
 def test_the_sun_of_a_view_is_put_into_the_scene(scene: Any) -> None:
     """So that the panel turns the sun that shines, and not one behind it."""
     view = pf.view("orbit", scene.planet)

@@ -277,7 +277,8 @@ def test_questions_of_water_agree_with_the_ground(carved: Carved, river, lake) -
     assert middle.current_m_s[0] @ place == pytest.approx(0.0, abs=1e-6 * np.linalg.norm(middle.current_m_s[0]) + 1e-9)
     still = sampler.water(lake[0][None])
     assert still.level_m[0] == pytest.approx(lake[1], abs=1e-3)
-    np.testing.assert_array_equal(still.current_m_s, 0.0)
+    # What flows through: 500 m3/s by a section 6 km wide and 12 m deep in its middle.
+    assert 0.005 < np.linalg.norm(still.current_m_s[0]) < 0.016
     bare = pf.TerrainSampler.from_params(TerrainParams()).water(places)
     assert np.isnan(bare.level_m).all()
     with pytest.raises(ValueError, match=r"directions\[1\]: expected a direction, found the zero vector"):

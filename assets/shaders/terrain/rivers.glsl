@@ -185,7 +185,6 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
     if (k < end) do {
         RiverLine line = river_line(river_ends(k), p);
         float half_width = line.section.y, floor_width = line.section.w;
-        float near = mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake);
         TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
         // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
         if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {
@@ -203,7 +202,7 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
                 + raises.by_floor_width * line.section_step.w + raises.by_reach * line.reach_step) * line.along;
         }
         TerrainRiverSectionSlopes section = terrain_river_section_slopes(line.d, half_width, line.section.z);
-        TerrainRiverShareSlopes share = terrain_river_share_slopes(line.d, half_width, line.reach, near);
+        TerrainRiverShareSlopes share = terrain_river_share_slopes(line.d, half_width, line.reach);
         first = k == p.lines.x ? line.section.x : first;
         float own = line.section.x - first + section.value;
         total += share.value;

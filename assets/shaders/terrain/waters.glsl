@@ -72,8 +72,7 @@ float water_share_of(RiverLine line, float reach) {
 // Adds a line.
 void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, RiverPlace p, vec3 across, vec3 along) {
     float half_width = line.section.y, deep = line.section.z, wet = half_width > 0.0 ? 1.0 : 0.0;
-    float share = wet * terrain_river_share(line.d, half_width, line.reach,
-        mix(RIVER_NEAR_M2, RIVER_LAKE_NEAR_M2, line.lake));
+    float share = wet * terrain_river_share(line.d, half_width, line.reach);
     float section = terrain_river_section(line.d, half_width, deep);
     sums.first = sums.some ? sums.first : line.section.x;
     sums.some = true;

@@ -1,4 +1,5 @@
-"""Nodes between those of cells: mouths, edges of lakes, confluences, and middles of long reaches."""
+"""Nodes between those of cells: mouths, edges of lakes, confluences, and middles of long reaches; and the ends of
+mouths, under the sea."""
 
 from __future__ import annotations
 
@@ -10,15 +11,19 @@ from numpy.typing import NDArray
 from ....engine.surface.noise import pcg3d
 from ..drainage.cells import CellGrid
 from ..drainage.streams import StreamCells, mouth_directions, unpacked_discharge
-from .widths import FLAT, HALF_WIDTH, LEVEL, REACH, half_width_m
+from .form import BANK_M, BANK_SHARE
+from .widths import DEPTH, FLAT, HALF_WIDTH, LEVEL, REACH, half_width_m, narrowest
 
-__all__ = ["Added", "Course", "confluences", "lake_edges", "middles", "mouths"]
+__all__ = ["Added", "Course", "confluences", "estuaries", "lake_edges", "middles", "mouths"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 _FURTHEST_EDGE = 0.6
 """A lake's edge is no further from the lake's node than this share of the way to the river's."""
+_BAR_M = 2500.0
+"""Rivers cut on so far beyond their mouths, on a planet of Earth's size: relief that their cells can't show is a bar
+before half of them."""
 _WIDER, _WIDER_M = 2.0, 20.0
 """A river that joins one more than so many times as wide, and so much, gets a node where it joins it: else it would
 widen all the way from its last cell."""
@@ -81,8 +86,6 @@ class Added:
     rows: Floats
     """(6, K)"""
     lake: bool
-    ends: bool = False
-    """nothing follows"""
 
 
 def mouths(course: Course) -> Added:
@@ -91,7 +94,22 @@ def mouths(course: Course) -> Added:
     parts = course.streams.mouth[upper].astype(np.float64)
     rows = course.rivers[:, upper].copy()
     rows[LEVEL] = 0.0
-    return Added(upper, mouth_directions(course.here[upper], course.sea, parts), rows, lake=False, ends=True)
+    return Added(upper, mouth_directions(course.here[upper], course.sea, parts), rows, lake=False)
+
+
+def estuaries(course: Course, scale: float) -> Added:
+    """Beyond the mouths of rivers, in narrow valleys, so far below the sea that banks drown. scale: of valleys."""
+    # By all of their water, as where rivers join.
+    wet = half_width_m(unpacked_discharge(course.streams.discharge).astype(np.float64)) > 0.0
+    ends = course.streams.mouth > 0
+    upper, sea = np.flatnonzero(ends & wet), course.sea[wet[ends]]
+    parts = course.streams.mouth[upper].astype(np.float64)
+    mouth, way = mouth_directions(course.here[upper], sea, parts), sea - course.here[upper]
+    share = np.minimum(_BAR_M * scale / (_lengths(way) * course.radius_m), 1.0)
+    rows = course.rivers[:, upper].copy()
+    rows[LEVEL] = -1.0 - 2.0 * (BANK_M + BANK_SHARE * rows[DEPTH])
+    rows[FLAT], rows[REACH] = narrowest(rows[HALF_WIDTH], scale)
+    return Added(upper, _unit(mouth + way * share[:, None]), rows, lake=False)
 
 
 def lake_edges(course: Course) -> Added:

@@ -15,7 +15,6 @@ from ..height_steps import positive, unit
 
 __all__ = [
     "HELD",
-    "LAKE_NEAR_M2",
     "NEAR_M2",
     "open_slopes",
     "raise_slopes",
@@ -24,8 +23,9 @@ __all__ = [
     "share_slopes",
 ]
 
-NEAR_M2, LAKE_NEAR_M2 = 1.0, 1e-6
-"""Squared distances from the water at which a line has lost half of its say: a lake's level holds right to its edge."""
+NEAR_M2 = 1.0
+"""Squared distance from the water at which a line has lost half of its say. Of lakes and rivers alike: a lake with more
+to say would lay its shallow rim across the river that leaves it."""
 HELD = 0.01
 """Ground that dips below a river is raised to this share of the reach from its banks, and half of the floor beyond."""
 BANK_M, BANK_SHARE = 0.3, 0.6
@@ -58,12 +58,12 @@ def river_section(d: Any, half_width: Any, depth: Any) -> Any:
     return depth * (q * q - 1.0) + bank + FLOOR_SLOPE * beyond
 
 
-def river_share(d: Any, half_width: Any, reach: Any, near: Any) -> Any:
+def river_share(d: Any, half_width: Any, reach: Any) -> Any:
     """What a line has to say about the level among its neighbours (Shepard 1968, inverse squared distance): all at the
     water, nothing where its valley ends."""
     left = positive(1.0 - d / reach)
     beyond = positive(d - half_width)
-    return left * left / (beyond * beyond + near)
+    return left * left / (beyond * beyond + NEAR_M2)
 
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), {**vars(height_steps), **globals()})

@@ -22,7 +22,7 @@ class RiverNodes:
     to: NDArray[np.int32]
     """the node downstream; -1: none, a mouth"""
     level_m: Singles
-    """of the water above the reference sphere, from 0 up, never below that of `to`"""
+    """of the water above the reference sphere, from 0 up, never below that of `to`; below the sea where rivers end"""
     half_width_m: Singles
     """of the water; 0: a valley without"""
     depth_m: Singles

@@ -20,7 +20,7 @@ from ..drainage.places import offset_directions
 from ..drainage.stored import streams_of
 from ..drainage.streams import StreamCells
 from ..height_params import TerrainParams
-from .between import Course, confluences, lake_edges, middles, mouths
+from .between import Course, confluences, estuaries, lake_edges, middles, mouths
 from .node_arrays import RiverNodes
 from .widths import ROWS, lake_rows, river_rows
 
@@ -61,9 +61,15 @@ def nodes_of(grid: CellGrid, streams: StreamCells, params: TerrainParams, streng
     count, to, follows = len(course.to), course.to.copy(), [course.to]
     for part in parts:
         to[part.upper] = count + np.arange(len(part.upper))
-        follows.append(np.full(len(part.upper), -1) if part.ends else course.to[part.upper])
+        follows.append(course.to[part.upper])
         count += len(part.upper)
     follows[0] = to
+    # Mouths, the first of these parts, go on below the sea.
+    out = estuaries(course, params.scale)
+    follows[1] = np.full(len(parts[0].upper), -1)
+    follows[1][np.searchsorted(parts[0].upper, out.upper)] = count + np.arange(len(out.upper))
+    follows.append(np.full(len(out.upper), -1))
+    parts = (*parts, out)
     rows = [np.where(course.lake, course.lakes, rivers), *(part.rows for part in parts)]
     lake = [course.lake, *(np.full(len(part.upper), part.lake) for part in parts)]
     columns = dict(zip(ROWS, np.concatenate(rows, axis=1).astype(np.float32), strict=True))

@@ -18,7 +18,7 @@ from ....engine.surface.noise import Corners
 from .form import HELD
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = ["Pairs", "bent_by_place", "chosen", "river_pairs"]
+__all__ = ["Pairs", "bent_by_place", "chosen", "node_places", "river_pairs"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -95,7 +95,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
     bent = here + (table.bend_m[:, None] * bends.vector()).sum(axis=1)
     up, bent = (np.repeat(v, many, axis=1) for v in (here * (1.0 / table.radius_m), bent))
     to = table.to.take(line)
-    a, b = _places(table, line), _places(table, to)
+    a, b = node_places(table, line), node_places(table, to)
     way, from_a = b - a, bent - a
     way = way - up * (up * way).sum(axis=0)
     from_a = from_a - up * (up * from_a).sum(axis=0)
@@ -123,7 +123,7 @@ _FEW = 32
 """So few pairs are held against each other as fast as it is known which of them need not be."""
 
 
-def _places(table: RiverTable, nodes: Nodes) -> Floats:
+def node_places(table: RiverTable, nodes: Nodes) -> Floats:
     """(3, P) m"""
     return np.multiply(table.place.take(nodes, axis=0).T, table.cell_m / CELL_STEPS, order="C")
 
@@ -140,8 +140,8 @@ def _groups(where: Indices) -> tuple[Indices, Indices, Indices]:
 def _within(table: RiverTable, points: Floats, where: Indices, line: Nodes) -> Indices:
     """Indices of pairs (P,) whose lines may say something at the place, wherever the warp moves it."""
     place = points.take(where, axis=1)
-    a = _places(table, line)
-    way, off = _places(table, table.to.take(line)) - a, place - a
+    a = node_places(table, line)
+    way, off = node_places(table, table.to.take(line)) - a, place - a
     up = place * (1.0 / table.radius_m)
     rise, above = np.einsum("ap,ap->p", way, up), np.einsum("ap,ap->p", off, up)
     square = np.einsum("ap,ap->p", way, way) - rise * rise

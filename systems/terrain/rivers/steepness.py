@@ -17,7 +17,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .form import BANK_M, BANK_SHARE, FLOOR_SLOPE, LAKE_NEAR_M2, NEAR_M2, river_open, river_section, river_share
+from .form import BANK_M, BANK_SHARE, FLOOR_SLOPE, NEAR_M2, river_open, river_section, river_share
 from .pairs import Pairs, chosen
 from .table import RiverTable
 from .valleys import Valleys
@@ -104,18 +104,17 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
 
 def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats) -> None:
     """Fills FLOOR and FLOOR_BEND. banks (P,): slopes of each line's own bank and bed."""
-    level, half, depth, _, reach, lake = pairs.value[:6]
+    level, half, depth, _, reach = pairs.value[:5]
     d, first, at = pairs.d, pairs.first, pairs.near
-    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
-    share, beyond = river_share(d, half, reach, near), np.maximum(d - half, 0.0)
+    share, beyond = river_share(d, half, reach), np.maximum(d - half, 0.0)
     total = np.add.reduceat(share, first)
     share = np.divide(share, np.repeat(total, pairs.many), out=np.zeros_like(share), where=share > 0.0)
 
     def mean(values: Floats) -> Floats:
         return np.add.reduceat(share * values, first)
 
-    # What a line has to say changes as fast, by what it says: left^2 / (beyond^2 + near).
-    turns = 2.0 / np.maximum(reach - d, 1e-9) + 2.0 * beyond / (beyond * beyond + near)
+    # What a line has to say changes as fast, by what it says: left^2 / (beyond^2 + NEAR_M2).
+    turns = 2.0 / np.maximum(reach - d, 1e-9) + 2.0 * beyond / (beyond * beyond + NEAR_M2)
     apart = np.abs(level + river_section(d, half, depth) - np.repeat(found.base_m[at], pairs.many))
     falls = np.abs(pairs.steps[0]) / pairs.length_m
     mixed, fall = apart * turns, falls + banks

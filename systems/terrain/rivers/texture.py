@@ -96,7 +96,6 @@ def _shader() -> str:
         "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS), "WIDTH_LEAST": float(_WIDTH_LEAST),
         "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "BANK_SHARE": form.BANK_SHARE, "FLOOR_SLOPE": form.FLOOR_SLOPE,
-        "NEAR_M2": form.NEAR_M2, "LAKE_NEAR_M2": form.LAKE_NEAR_M2,
     }  # fmt: skip
     text = "".join(f"const {type(v).__name__} RIVER_{name} = {v};\n" for name, v in numbers.items())
     return text + form.shader()

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..height_steps import layer_weight
+from .currents import currents
 from .form import (
-    LAKE_NEAR_M2,
-    NEAR_M2,
     open_slopes,
     raise_slopes,
     river_open,
@@ -88,9 +87,8 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     if pairs is None:
         return found
     level, half, depth, floor, reach, lake = pairs.value[:6]
-    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
     at, first, d = pairs.near, pairs.first, pairs.d
-    share, section = river_share(d, half, reach, near), river_section(d, half, depth)
+    share, section = river_share(d, half, reach), river_section(d, half, depth)
     opens, raises = river_open(d, floor, reach), river_raise(d, half, floor, reach, lake)
     total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
@@ -115,11 +113,10 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
 
 def _d_base(pairs: Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
     """(3, K) by the bent place. apart: of what each line says from the mean."""
-    _, half, depth, _, reach, lake = pairs.value[:6]
+    _, half, depth, _, reach = pairs.value[:5]
     s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
     d, away, along = pairs.d, pairs.away, pairs.along
-    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
-    sections, shares = section_slopes(d, half, depth), share_slopes(d, half, reach, near)
+    sections, shares = section_slopes(d, half, depth), share_slopes(d, half, reach)
     d_own = sections[1] * away + (s_level + sections[2] * s_half + sections[3] * s_depth) * along
     d_share = shares[1] * away + (shares[2] * s_half + shares[3] * s_reach) * along
     d_base = np.add.reduceat(share * d_own + apart * d_share, pairs.first, axis=1)
@@ -151,9 +148,8 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     pairs = river_pairs(table, points, False)
     if pairs is None:
         return Waters(level, beyond, depth, current)
-    height, half, deep, _, reach, lake, discharge = pairs.value[:7]
-    near = NEAR_M2 + (LAKE_NEAR_M2 - NEAR_M2) * lake
-    share = river_share(pairs.d, half, reach, near) * (half > 0.0)
+    height, half, deep, _, reach = pairs.value[:5]
+    share = river_share(pairs.d, half, reach) * (half > 0.0)
     total = np.add.reduceat(share, pairs.first)
     at, heard = pairs.near, total > 0.0
     mean = height[pairs.first]
@@ -165,16 +161,5 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
     edge = np.where(half > 0.0, pairs.d - half, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
-    inside = np.clip(pairs.d / np.maximum(half, 1e-3), 0.0, 1.0)
-    below = deep * (1.0 - inside * inside)
-    # Mean speed through the section, twice that in its middle, none at the edge or in a lake.
-    speed = np.where(half > 0.0, discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), 0.0) * (1.0 - lake)
-    speed = np.minimum(speed, _FASTEST_M_S) * 1.5 * (1.0 - inside * inside)
-    strongest = chosen(below, np.maximum.reduceat(below, pairs.first), pairs)
-    pull = pairs.along[:, strongest]
-    length = np.sqrt((pull * pull).sum(axis=0))
-    current[:, at] = pull / np.maximum(length, 1e-12) * speed[strongest]
+    current[:, at] = currents(table, points, pairs)
     return Waters(level, beyond, depth, current)
-
-
-_FASTEST_M_S = 5.0

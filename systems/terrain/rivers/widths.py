@@ -18,6 +18,7 @@ __all__ = [
     "ROWS",
     "half_width_m",
     "lake_rows",
+    "narrowest",
     "river_rows",
 ]
 
@@ -34,6 +35,8 @@ _LEAST_M3_S = 1.0
 """Below this the valley is dry."""
 _BANKS = 1.25
 """Least half width of a valley's floor, in half widths of its river."""
+_NARROWEST_M = 1250.0
+"""Reach of the narrowest valleys, canyons, on a planet of Earth's size."""
 _LAKE_SHORE_M = 3000.0
 """From a lake's edge to where the ground is as it was, on a planet of Earth's size."""
 
@@ -62,6 +65,12 @@ def lake_rows(grid: CellGrid, streams: StreamCells, params: TerrainParams, river
     rows[FLAT, lake] = half_width
     rows[REACH, lake] = half_width + _LAKE_SHORE_M * params.scale
     return rows
+
+
+def narrowest(half_width: Floats, scale: float) -> tuple[Floats, Floats]:
+    """Half width of the floor, and reach, of the narrowest valleys that hold rivers (N,). scale: of valleys."""
+    flat = _BANKS * half_width
+    return flat, np.maximum(flat * (1.0 / FLAT_SHARE), _NARROWEST_M * scale)
 
 
 def half_width_m(discharge: Floats) -> Floats:
