@@ -76,8 +76,7 @@ def _bench(
     Parameters
     ----------
     suites
-        Suites (graph, terrain, ocean, atmosphere, clouds, frame, whole, scaling, startup) or single benches
-        (terrain.normals); all if left out. With --against, cases.
+        Suites (--list names them) or single benches (terrain.normals); all if left out. With --against, cases.
     """
     console = Console()
     if list_:

@@ -25,7 +25,7 @@ PICTURES = {
 """Pictures, and the views that they are of."""
 SEVERAL = ("moonrise", "earthrise")
 """Pictures of the scene earth_moon, named as their views."""
-WOODS = ("forest", "canopy", "treeline")
+WOODS = ("forest", "canopy", "treeline", "grove")
 """The same of the scene woods."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000

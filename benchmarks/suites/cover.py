@@ -68,8 +68,8 @@ def _far(session: Session) -> None:
                 for elevation_deg, azimuth_deg in FAR_SUNS_DEG:
                     sun = Sun(elevation_deg=elevation_deg, azimuth_deg=azimuth_deg, latitude_deg=latitude,
                               longitude_deg=longitude)  # fmt: skip
-                    for _ in range(2):  # the map of shadows follows the sun by a frame
-                        out = renderer.render(camera, sun=sun, outputs=wanted)
+                    renderer.render(camera, sun=sun)  # the map of shadows follows the sun by a frame
+                    out = renderer.render(camera, sun=sun, outputs=wanted)
                     found[-1][name, (elevation_deg, azimuth_deg)] = {k: v.copy() for k, v in out.items()}
     for (name, (elevation_deg, azimuth_deg)), solids in found[0].items():
         far = found[1][name, (elevation_deg, azimuth_deg)]

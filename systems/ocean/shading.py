@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import Ocean, Planet
+from ...components import Cover, Ocean, Planet
 from ...engine.blocks.bindings import (
     DEPTH_UNIT,
     FLAG_BUFFER,
@@ -69,6 +69,7 @@ class _ShadeKey(NamedTuple):
     limb: bool
     far: bool
     glows: bool
+    cover: bool
 
 
 class _SeaView(ViewParts):
@@ -128,8 +129,9 @@ class SeaShading:
             "OCEAN_GLOW": self._glows,
             "OCEAN_RICH": kind == "rich",
             "OCEAN_BELOW": kind == "below",
+            "OCEAN_COVER": not far and kind != "below" and bool(self._world.query(Cover)),
         }
-        key = _ShadeKey(kind, wanted["OCEAN_LIMB"], far, self._glows)
+        key = _ShadeKey(kind, wanted["OCEAN_LIMB"], far, self._glows, wanted["OCEAN_COVER"])
         if key not in self._shade:
             defines: dict[str, Any] = {
                 "SHADE_EVERY": self._shade_every,

@@ -56,6 +56,7 @@ VIEWS = [
     "meadow",
     "treeline",
     "canopy",
+    "grove",
 ]
 
 

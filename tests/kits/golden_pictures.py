@@ -264,8 +264,10 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
+    Picture("cover/grove", "woods", "grove", KNOB_SIZE),
+    Picture("cover/grove_unshaded", "woods", "grove", KNOB_SIZE, overrides={"cover.shadows": False}),
 )
-"""Trees: under them and over them, where they end, none, and without their shadows."""
+"""Trees: under them and over them, where they end, none, and without their shadows, on the sea as well."""
 
 
 def shaded(key: str, view: str, value: int) -> Picture:

@@ -291,6 +291,24 @@ def test_they_shade_the_ground(scene, renderer):
     assert ratio.max() < 1.001 and 0.02 < (ratio < 0.7).mean() < 0.9
 
 
+def test_they_shade_the_sea(scene):
+    camera = pf.view("grove", scene.planet).camera
+    latitude, longitude = (float(v) for v in pf.latitude_longitude(camera.resolve(scene).position_m))
+    sun = pf.Sun(elevation_deg=30.0, azimuth_deg=180.0, latitude_deg=latitude, longitude_deg=longitude)
+    shown = []
+    for shadows in (True, False):
+        overrides = {"cover.shadows": shadows, "composite.antialiasing": "none"}
+        with pf.Renderer(scene, (160, 90), "low", overrides=overrides) as renderer:
+            renderer.settle(camera)
+            for _ in range(2):  # their map follows the sun by a frame
+                out = renderer.render(camera, sun=sun, outputs=("radiance", "surface"))
+            shown.append({name: value.copy() for name, value in out.items()})
+    sea = (shown[0]["surface"] == Surface.SEA) & (shown[1]["surface"] == Surface.SEA)
+    ratio = (shown[0]["radiance"].sum(axis=-1) / shown[1]["radiance"].sum(axis=-1))[sea]
+    # What is mirrored stays, and so does the light of the sky.
+    assert ratio.max() < 1.05 and 0.1 < (ratio < 0.85).mean() < 0.95
+
+
 def test_a_still_camera_makes_and_uploads_nothing(scene, renderer):
     view = pf.view("meadow", scene.planet)
     renderer.settle(view)

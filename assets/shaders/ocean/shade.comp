@@ -7,11 +7,15 @@
 //   OCEAN_GLOW          the liquid shines by itself, or has a crust
 //   OCEAN_BELOW         the surface from below
 //   OCEAN_RIPPLES       waves shorter than the sea's own
+//   OCEAN_COVER         trees may shade it
 //   OCEAN_REFLECTIONS   turns of the search for mirrored ground
 #include "common/constants.glsl"
 #include "common/camera.glsl"
 #ifdef OCEAN_LIMB
 #include "contract/air.glsl"
+#endif
+#ifdef OCEAN_COVER
+#include "contract/cover_light.glsl"
 #endif
 #include "contract/waterline.glsl"
 #ifdef OCEAN_BELOW
@@ -114,6 +118,9 @@ vec3 sea_radiance(SeaPixel p) {
     vec3 sun = frame.sun_direction;
     vec3 v = p.view * p.level, l = sun * p.level;
     vec3 sunlight = sea_light(0), skylight = sea_light(1);
+#ifdef OCEAN_COVER
+    sunlight *= cover_light(p.point, 0.0);
+#endif
 
     // Mirrored.
     float index = ocean.refractive_index;
