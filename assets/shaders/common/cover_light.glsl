@@ -1,7 +1,7 @@
 // Contract "cover_light", default: nothing stands on the ground.
 //
-//   float cover_light(vec3 point, float bias)     point: camera-relative metres, planet axes. Share of the sun that trees
-//                                                 leave to it, 0 .. 1. bias: metres towards the sun that are left out
+//   float cover_light(vec3 point, float bias)     point: camera-relative metres, planet axes. Share of the sun that
+//                                                 trees leave to it, 0 .. 1. bias: metres towards the sun, left out
 //   vec3  cover_map.broadleaf, cover_map.conifer  albedos of their leaves
 //   float cover_map.crowns                        area of all crowns of a deep forest of broadleaves over its ground's
 
