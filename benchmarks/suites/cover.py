@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import Clouds, Cover, CoverSampler, Scene, Sun, latitude_longitude, load_scene, view
 from ...engine.frame.gbuffer import Surface
-from ..measure.frames import RUN_UP, turning
+from ..measure.frames import RUN_UP, time_passes, turning
 from ..session import Bench, Session
 from ..target import Target, at_most
 from ..timing import time_variants
@@ -19,7 +19,7 @@ __all__ = ["BENCHES"]
 
 UNDER_TREES = ("forest", "meadow")
 VIEWS, QUICK_VIEWS = (
-    (*UNDER_TREES, "canopy", "treeline", "near", "valley", "fair", "high"),
+    (*UNDER_TREES, "canopy", "treeline", "grove", "near", "valley", "fair", "high"),
     ("forest", "canopy", "near"),
 )
 FAR_SUNS_DEG = ((60.0, 0.0), (35.0, 90.0), (35.0, 180.0), (20.0, 270.0), (12.0, 120.0))
@@ -80,6 +80,26 @@ def _far(session: Session) -> None:
                     error=float(ratio), target=Target(0.95, 1.05), pixels=int(shown.sum()))  # fmt: skip
 
 
+def _light(session: Session) -> None:
+    """The pass that lights trees by cover.light_every, and how many levels of 255 the picture is from each pixel's own
+    light."""
+    scene, size = _woods(True), (640, 360)
+    for name in ("forest", "canopy"):
+        camera = view(name, scene.planet)
+        exact: np.ndarray | None = None
+        for every in (1, 2, 4):
+            with session.renderer(scene, size, "medium", {"cover.light_every": every}) as renderer:
+                renderer.settle(camera)
+                shown = renderer.render(camera)["color"].astype(float)
+                timing = time_passes(renderer, camera, session.runs(20, 6))["cover.shade"]
+            exact = shown if exact is None else exact
+            off = np.abs(shown - exact).max(axis=-1)
+            session.row(
+                f"light_every {every}", name, size, timing, error=float(np.percentile(off, 99.0)), error_unit="levels",
+                largest=float(off.max()),
+            )  # fmt: skip
+
+
 def _sampler(session: Session) -> None:
     """CoverSampler.within 300 m of a forest."""
     scene = _woods(True)
@@ -88,4 +108,4 @@ def _sampler(session: Session) -> None:
     session.row("within 300 m", "canopy", timing=timing, trees=len(sampler.within(place, 300.0)))
 
 
-BENCHES: Mapping[str, Bench] = {"cost": _cost, "far": _far, "sampler": _sampler}
+BENCHES: Mapping[str, Bench] = {"cost": _cost, "far": _far, "light": _light, "sampler": _sampler}

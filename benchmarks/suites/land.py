@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ... import Planet, Terrain, TerrainSampler, view
 from ...systems.terrain.drainage.climate import climate_params
@@ -18,6 +19,7 @@ from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from ..timing import time_variants
 
+Floats = NDArray[np.float64]
 SEED = 20261126
 GROUNDS: Mapping[str, tuple[float, float]] = {"plain": (0.0, 0.0), "gullies": (1.0, 0.0), "gullies, rivers": (1.0, 1.0)}
 """Terrain.erosion and Terrain.rivers by variant."""
@@ -54,6 +56,12 @@ def land_descent(session: Session) -> None:
         )  # fmt: skip
 
 
+def _banks(count: int) -> Floats:
+    """Directions (N, 3) in the largest rivers of preset earth."""
+    paths = np.concatenate([river.path for river in earth(1.0, 1.0).rivers(20)])
+    return paths[np.random.default_rng(SEED).integers(len(paths), size=count)]
+
+
 def land_cost(session: Session) -> None:
     """The same ground without, with gullies, with rivers too, in turns: heights, rays, frames."""
     samplers = {name: TerrainSampler(earth(*knobs)) for name, knobs in GROUNDS.items()}
@@ -61,6 +69,10 @@ def land_cost(session: Session) -> None:
     runs = {name: lambda s=sampler: s.height(places) for name, sampler in samplers.items()}
     for name, timing in time_variants(runs, session.runs(40, 10), 3).items():
         session.row(f"1000 heights, {name}", timing=timing)
+    rivers, banks = samplers["gullies, rivers"], _banks(1000)
+    runs = {"land": lambda: rivers.water(places), "rivers": lambda: rivers.water(banks)}
+    for name, timing in time_variants(runs, session.runs(40, 10), 3).items():
+        session.row(f"1000 places' water, {name}", timing=timing)
     asked = {
         name: queries.rays(sampler, "level", 2.0, (0.0, 0.0), 1e4, 200, np.random.default_rng(SEED))
         for name, sampler in samplers.items()

@@ -1,7 +1,7 @@
 """CoverSystem: trees on the ground near the camera, their light and their shadows.
 
-Each tree is a quad that faces the camera, in which a fragment shader follows the pixel's ray to the tree's lobes: two
-triangles a tree, whatever it looks like. What stands where is made on the CPU (stand.py), a few plots a frame.
+Each tree is a quad in which a fragment shader follows the pixel's ray to the tree's lobes: two triangles a tree,
+whatever it looks like. What stands where is made on the CPU (stand.py), a few plots a frame.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-// A quad around each tree, facing the camera; the fragment shader finds the tree in it.
+// A quad around each tree, parallel to the picture; the fragment shader finds the tree in it.
 #include "common/camera.glsl"
 #include "generated/bindings.glsl"
 #include "cover/axes.glsl"
