@@ -31,6 +31,7 @@ from .quality import (
 from .stars import Stars
 from .sun import Sun
 from .terrain import Terrain
+from .wind import Wind
 
 __all__ = [
     "MOST_CLOUD_LAYERS",
@@ -63,6 +64,7 @@ __all__ = [
     "Transform",
     "Vec3",
     "Wave",
+    "Wind",
     "knob",
     "knobs",
 ]

@@ -27,6 +27,14 @@ class Cover:
     )
     height_m: float = knob(15.0, 0.5, 100.0, "m", "Of a grown broadleaf tree; conifers grow a third higher", log=True)
     steepest_deg: float = knob(38.0, 0.0, 89.0, "deg", "Slope above which none stands")
+    shrubs: float = knob(
+        1.0, 0.0, 2.0, "", "Share of the places that may have a shrub where they grow well; 0: none", cost="to draw"
+    )
+    shrub_spacing_m: float = knob(4.0, 1.0, 100.0, "m", "Mean distance of the places that may have a shrub", log=True)
+    shrub_height_m: float = knob(1.4, 0.1, 10.0, "m", "Of a grown shrub", log=True)
+    grass: float = knob(1.0, 0.0, 1.0, "", "Share of the ground where grass grows that bears it; 0: none", cost="light")
+    grass_m: float = knob(0.3, 0.05, 2.0, "m", "Height of the highest grass", log=True)
+    flowers: float = knob(0.25, 0.0, 1.0, "", "How many flowers stand in grass; 0: none")
     broadleaf_albedo: Vec3 = knob(
         (0.052, 0.090, 0.025), 0.0, 1.0, "", "Colour of the leaves of broadleaf trees", group="colours", widget="color"
     )

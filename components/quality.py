@@ -396,6 +396,9 @@ class CoverQuality:
     shadows: bool = knob(
         True, help="Trees shade the ground and one another", cost="the map, and a look into it a pixel"
     )
+    blades: int = knob(
+        6, 1, 16, "", "Blades of grass in 25 cm x 25 cm of a meadow; fewer are wider", cost="light on grass"
+    )
     light_every: int = knob(
         2,
         1,

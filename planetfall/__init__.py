@@ -40,6 +40,7 @@ from .components import (
     Terrain,
     Transform,
     Wave,
+    Wind,
 )
 from .engine.space import direction, latitude_longitude
 from .engine.world import World
@@ -166,6 +167,7 @@ __all__ = [
     "View",
     "Water",
     "Wave",
+    "Wind",
     "World",
     "__version__",
     "direction",

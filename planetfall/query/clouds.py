@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..components import Atmosphere, Clouds, Planet
+from ..components import Atmosphere, Clouds, Planet, Wind
 from ..engine.blocks.bindings import AIR_BLOCK
 from ..engine.gpu import UniformBlock
 from ..engine.settings import with_overrides
@@ -23,6 +23,7 @@ from ..systems.clouds.imported import imported_cover
 from ..systems.clouds.model import CloudModel
 from ..systems.clouds.shell_probe import ShellProbe
 from ..systems.clouds.weather_probe import WeatherProbe
+from ..systems.winds import blown
 from .probe import Probe
 from .questions import question_distances, question_number, question_rows
 
@@ -72,7 +73,7 @@ class CloudProbe(Probe):
         self._irradiance = np.asarray(sun.irradiance, np.float64)
         self._sun_radius_rad = float(sun.angular_radius_rad)
         air = None if air is None else with_overrides(air, "atmosphere", self._settings)
-        clouds = with_overrides(clouds, "clouds", self._settings)
+        clouds = blown(with_overrides(clouds, "clouds", self._settings), handle.get(Wind))
         self._clouds = CloudModel.from_components(handle[Planet], clouds, air)
         self._weather = as_pictures or not self._clouds.uniform
         if self._weather and self._clouds.printed:

@@ -1,4 +1,4 @@
-"""CoverSampler: the trees of a planet, in float64 and without OpenGL."""
+"""CoverSampler: the trees and shrubs of a planet, in float64 and without OpenGL."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..components import Cover, Ocean, Planet, Terrain
 from ..engine.world import MissingError
 from ..systems.cover.growth import Growing
 from ..systems.cover.near import plots_within
-from ..systems.cover.stand import Plants, plants_in, plot_level
+from ..systems.cover.stand import LAYERS, Plants, plants_in, plot_level
 from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField
 from .terrain import checked_directions
@@ -29,7 +29,7 @@ _BLOCK = 128
 
 
 class CoverSampler:
-    """Where trees stand: a snapshot of the scene when it was made. They are those that are drawn."""
+    """Where trees and shrubs stand: a snapshot of the scene when it was made. They are those that are drawn."""
 
     def __init__(self, scene: Scene, planet: PlanetHandle | str | None = None) -> None:
         """planet: one of scene.planets, or its name; its first one by default. ValueError without a Cover."""
@@ -52,7 +52,8 @@ class CoverSampler:
         self._cover, self._seed = replace(cover), terrain.seed
 
     def within(self, direction: ArrayLike, radius_m: float) -> Plants:
-        """The trees within radius_m along the ground of the place in `direction` (3,) from the planet's centre.
+        """The trees and shrubs within radius_m along the ground of the place in `direction` (3,) from the planet's
+        centre.
 
         ValueError for a radius that is not above 0 and at most 20 km.
         """
@@ -66,7 +67,13 @@ class CoverSampler:
         parts = []
         for first in range(0, len(plots), _BLOCK):
             block = plots[first : first + _BLOCK]
-            found = Plants.of(plants_in(block, self._field, self._growing, self._cover, self._seed))
+            found = Plants.of(
+                [
+                    plants
+                    for layer in LAYERS
+                    for plants in plants_in(block, self._field, self._growing, self._cover, self._seed, layer)
+                ]
+            )
             parts.append(found.only(_along(found.positions_m, middle[0], radius) <= radius_m))
         return Plants.of(parts)
 

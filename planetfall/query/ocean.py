@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..components import Ocean, Planet, Terrain
+from ..components import Ocean, Planet, Terrain, Wind
 from ..engine.waves import WaveSet, at_directions, displacement, surface, wave_method, waves_of
 from ..engine.waves.shoaling import DEEP
 from ..engine.world import MissingError
 from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField
+from ..systems.winds import blown
 from .terrain import checked_directions
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class OceanSampler:
             ) from None
         self._radius_m = float(handle[Planet].radius_m)
         self._sea_level_m = float(ocean.sea_level_m)
-        self._waves = waves_of(ocean, self._radius_m)
+        self._waves = waves_of(blown(ocean, handle.get(Wind)), self._radius_m)
         self._method = str(ocean.method)
         self._ground: TerrainField | None = None
         if Terrain in handle:

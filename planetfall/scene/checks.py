@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from ..components import Atmosphere, Clouds, Ocean, Planet, Sun, Terrain
+from ..components import Atmosphere, Clouds, Ocean, Planet, Sun, Terrain, Wind
 from ..engine.settings import SettingError, with_overrides
 from ..engine.wavelengths import carried_air, wavelengths_of
 from ..engine.waves import WaveError, waves_of
+from ..systems.winds import blown
 from .handle import Parts
 
 __all__ = ["cloud_problems", "planet_problems"]
@@ -57,7 +58,7 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
         )
     if sea is not None:
         try:
-            waves_of(sea, radius)
+            waves_of(blown(sea, found(Wind, "wind")), radius)
         except WaveError as error:
             problems.append(f"{where}: Ocean: {error}")
     air = found(Atmosphere, "atmosphere")

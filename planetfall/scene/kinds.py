@@ -21,6 +21,7 @@ from ..components import (
     Sun,
     Terrain,
     Transform,
+    Wind,
 )
 from ..engine.settings import install
 from ..errors import SceneError
@@ -49,6 +50,7 @@ PLANET_KINDS: dict[str, type] = {
     "atmosphere": Atmosphere,
     "clouds": Clouds,
     "cover": Cover,
+    "wind": Wind,
 }
 """Components of a planet, by their TOML table."""
 SCENE_KINDS: dict[str, type] = {"sun": Sun, "stars": Stars, "exposure": Exposure, "composite": Composite}

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar, NamedTuple
 
-from ...components import Clouds, Ocean, Planet
+from ...components import Clouds, Ocean, Planet, Wind
 from ...engine.frame import Frame, View
 from ...engine.gpu import GpuScope
 from ...engine.graph import PassIO
@@ -14,21 +14,24 @@ from ...engine.methods import Method
 from ...engine.settings import revision
 from ...engine.space import out_of_view
 from ...engine.system import Setup
+from ..winds import wind_revision
 
 __all__ = ["CloudMethod", "CloudsRevision", "may_see"]
 
 
 class CloudsRevision(NamedTuple):
-    """Differs whenever clouds do. component: its id; layers: revisions of its further ones."""
+    """Differs whenever clouds do. component: its id; layers: revisions of its further ones; wind: that of the wind."""
 
     component: int
     revision: int
     layers: tuple[int, ...]
+    wind: int
 
     @classmethod
-    def of(cls, component: Clouds) -> CloudsRevision:
+    def of(cls, component: Clouds, wind: Wind | None) -> CloudsRevision:
         """Of clouds as they are now."""
-        return cls(id(component), revision(component), tuple(revision(layer) for layer in component.layers))
+        layers = tuple(revision(layer) for layer in component.layers)
+        return cls(id(component), revision(component), layers, wind_revision(wind))
 
 
 class CloudMethod(Method):

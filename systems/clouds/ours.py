@@ -18,6 +18,7 @@ from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, Settings, with_overrides
 from ...engine.system import Setup
+from ..winds import blown, wind_of
 from .field import CloudField
 from .history import NONE, STILL, History
 from .method import CloudMethod, CloudsRevision, may_see
@@ -194,11 +195,12 @@ class OurClouds(CloudMethod):
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
-        stamp = CloudsRevision.of(component)
+        wind = wind_of(frame.world, frame.planet)
+        stamp = CloudsRevision.of(component, wind)
         if stamp == self._stamp:
             return
         self._stamp = stamp
-        component = with_overrides(component, "clouds", frame.settings)
+        component = blown(with_overrides(component, "clouds", frame.settings), wind)
         try:
             self.field.take(component)
         except ValueError as error:

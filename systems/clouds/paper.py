@@ -17,6 +17,7 @@ from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import with_overrides
 from ...engine.system import Setup
+from ..winds import blown, wind_of
 from .layers import frames_at
 from .method import CloudMethod, CloudsRevision, may_see
 from .paper_volume import PaperVolume
@@ -102,7 +103,9 @@ class PaperClouds(CloudMethod):
         own.seen = layer is not None and may_see(frame, float(layer.top_m))
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
-        turn, _ = frames_at(float(component.wind_speed_m_s), radius, frame.time_s)
+        turn, _ = frames_at(
+            float(blown(component, wind_of(frame.world, frame.planet)).wind_speed_m_s), radius, frame.time_s
+        )
         proxy = frame.view.proxy
         block = self._block
         block.turn = turn.T
@@ -113,7 +116,7 @@ class PaperClouds(CloudMethod):
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
-        stamp = CloudsRevision.of(component)
+        stamp = CloudsRevision.of(component, wind_of(frame.world, frame.planet))
         if stamp == self._stamp:
             return
         self._stamp = stamp

@@ -83,5 +83,15 @@ class Growing:
 
     def woods(self, climate: Climate) -> Floats:
         """0 none .. 1 a forest: growth.trees of terrain/material.glsl."""
-        growing = ramp(0.25, 0.55, climate.humidity) * self.plants
-        return growing * ramp(0.50, 0.72, climate.humidity) * ramp(0.15, 0.28, climate.warmth)
+        return self._growing(climate) * self._wooded(climate)
+
+    def shrubs(self, climate: Climate) -> Floats:
+        """0 none .. 0.55 under the trees of a forest: growth.shrubs of terrain/material.glsl."""
+        return self._growing(climate) * (0.10 + 0.45 * self._wooded(climate))
+
+    def _growing(self, climate: Climate) -> Floats:
+        return ramp(0.25, 0.55, climate.humidity) * self.plants
+
+    @staticmethod
+    def _wooded(climate: Climate) -> Floats:
+        return ramp(0.50, 0.72, climate.humidity) * ramp(0.15, 0.28, climate.warmth)

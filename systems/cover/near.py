@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...components import Cover
 from ...engine.surface.lattice import FULL_BITS, cell_edge_m, cell_of, direction_of
 from .growth import Growing, GrowingGround
-from .stand import Plants, Plot, plants_in, plot_level
+from .stand import TREES, Layer, Plants, Plot, plants_in, plot_level
 
 __all__ = ["Near", "plots_within"]
 
@@ -46,9 +46,10 @@ def plots_within(direction: Floats, angle_rad: float, level: int) -> list[Plot]:
 
 
 class Near:
-    """Trees of the plots near a place. What they follow from is `key`: another one forgets them all."""
+    """A layer's plants in the plots near a place. What they follow from is `key`: another one forgets them all."""
 
-    def __init__(self) -> None:
+    def __init__(self, layer: Layer = TREES) -> None:
+        self.layer = layer
         self.key: object = None
         self.revision = 0
         """Raised whenever other trees are there"""
@@ -92,7 +93,7 @@ class Near:
             missing = [plot for plot in self._wanted if plot not in self._plots]
             while missing and (budget_ms is None or (time.perf_counter() - began) * 1e3 < budget_ms):
                 some, missing = missing[:_AT_ONCE], missing[_AT_ONCE:]
-                self._plots.update(zip(some, plants_in(some, ground, growing, cover, seed), strict=True))
+                self._plots.update(zip(some, plants_in(some, ground, growing, cover, seed, self.layer), strict=True))
                 changed = True
             self.complete = not missing
         if changed or self.key is None:

@@ -29,11 +29,17 @@ _WINDOWS = 1.0
 """Trees nearer than their size times this get windows: quads of farther ones hold them."""
 _LOWEST_BRANCH = 0.05
 """Over a tree's height."""
+_LEANS = 0.03 * 0.75 * 2.35
+"""Over a tree's height: the farthest that the wind moves its top (TREE_SWAY of cover/gbuffer.vert, and sway.py)."""
 _WINDOW_MARGIN = 0.01
 """More than antialiasing moves the picture."""
 _AHEAD_M = 0.05
 _LIMB_PIXEL = 0.6 * 0.009
 """Over a tree's height: what a pixel spans where its limbs have become too thin to be drawn."""
+_SHRUB_SUNK = 0.35
+"""A shrub is drawn as a broadleaf tree that is sunk by this share of its height, up to its crown."""
+_SEEN_HEIGHTS = 150.0
+"""A plant farther away than so many of its heights isn't drawn: a pixel of 1080 rows shows a seventh of it."""
 _GROWS = 0.1
 """Share of the reach over which a tree grows from nothing."""
 
@@ -59,9 +65,14 @@ made_shader("generated/cover.glsl", lambda: _LAYOUT.glsl)
 def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) -> NDArray[np.void]:
     """Records (N,) with places from middle_m (3,), planet-centred; grown: (N,) share of their full size."""
     out = np.zeros(len(plants), TREE_DTYPE)
-    out["foot_m"] = plants.positions_m - middle_m
-    out["height_m"], out["radius_m"] = plants.heights_m * grown, plants.radii_m * grown
-    out["species"], out["turn"], out["tint"] = plants.species, plants.chance[:, 0], plants.chance[:, 1]
+    shrub = plants.species == Species.SHRUB
+    height, foot = plants.heights_m * grown, plants.positions_m - middle_m
+    height = np.where(shrub, height / (1.0 - _SHRUB_SUNK), height)
+    up = plants.positions_m[shrub] / np.linalg.norm(plants.positions_m[shrub], axis=1, keepdims=True)
+    foot[shrub] -= (_SHRUB_SUNK * height[shrub])[:, None] * up
+    out["foot_m"], out["height_m"], out["radius_m"] = foot, height, plants.radii_m * grown
+    out["species"], out["turn"] = np.where(shrub, Species.BROADLEAF, plants.species), plants.chance[:, 0]
+    out["tint"] = plants.chance[:, 1]
     return out
 
 
@@ -70,8 +81,9 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> NDArray[np.void
     leaves the eye is isn't drawn, since they would be all that is seen."""
     offset = plants.positions_m - camera.position_m
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    own = reach_m * (_NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0])
-    grown = np.clip((own - away) / (_GROWS * reach_m), 0.0, 1.0)
+    reach = np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m)
+    own = reach * (_NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0])
+    grown = np.clip((own - away) / (_GROWS * reach), 0.0, 1.0)
     up = plants.positions_m / np.linalg.norm(plants.positions_m, axis=1, keepdims=True)
     crown = offset + _CROWN * plants.heights_m[:, None] * up
     wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
@@ -104,7 +116,7 @@ def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> Floats:
         aside = wide[:, None] * (x * east + y * north)
         return foot + aside + (share * height)[:, None] * up
 
-    crown, trunk = 1.03 * radius, 0.03 * height
+    crown, trunk = 1.03 * radius + _LEANS * height, 0.03 * height + 0.5 * _LEANS * height
     square = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
     found = np.tile((1.0, 1.0, -1.0, -1.0), (len(trees), 1))
     for low, high, wide in ((_LOWEST_BRANCH, 1.03, crown), (-0.05, 0.5, trunk)):

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
-from ...engine.blocks.layout import Vec3
+from ...engine.blocks.layout import Vec3, Vec4, array
 from ...engine.gpu import GpuScope
 from ...engine.gpu.growing import GrowingBuffer
 from .records import TREE_DTYPE, tree_records
 from .stand import Plants
+from .sway import GUSTS, Sway
 
 __all__ = ["REACH_M", "CoverMapBlock", "ShadowMap"]
 
@@ -32,14 +33,24 @@ class CoverMapBlock:
     broadleaf: Annotated[Vec3, "albedo of leaves"]
     conifer: Vec3
     crowns: Annotated[float, "area of all crowns of a deep forest of broadleaves over its ground's"]
+    grass: Annotated[float, "share of what may grow that does"]
+    grass_tall: Annotated[float, "height of grass over what it is by default"]
+    flowers: Annotated[float, "share of cells with grass that have one"]
+    gusting: Annotated[float, "share by which one gust's crest strengthens the wind"]
+    flutter: Annotated[float, "phase of the leaves' own motion, 0..1"]
+    sway: Annotated[Vec3, "what the wind moves tips by, over their height; planet axes"]
+    gusts: Annotated[Any, array(Vec4, GUSTS), "cycles per metre, planet axes; phase at the camera"]
 
 
 class Forest(NamedTuple):
-    """What distant forests look like: albedos of leaves (3,), and CoverMapBlock.crowns."""
+    """What distant forests and grass look like: albedos of leaves (3,); others as CoverMapBlock has them."""
 
     broadleaf: Floats
     conifer: Floats
     crowns: float
+    grass: float = 0.0
+    grass_tall: float = 1.0
+    flowers: float = 0.0
 
 
 REACH_M = 600.0
@@ -72,7 +83,7 @@ class ShadowMap:
     def texel_m(self) -> float:
         return 2.0 * self.half_m / self.texels
 
-    def place(self, camera_m: Floats, forest: Forest, on: bool) -> None:
+    def place(self, camera_m: Floats, forest: Forest, sway: Sway, on: bool) -> None:
         """Say where it lies for a camera. on: whether it is to darken anything."""
         self.block.write(
             CoverMapBlock(
@@ -84,10 +95,17 @@ class ShadowMap:
                 broadleaf=forest.broadleaf,
                 conifer=forest.conifer,
                 crowns=forest.crowns,
+                grass=forest.grass,
+                grass_tall=forest.grass_tall,
+                flowers=forest.flowers,
+                gusting=sway.gusting,
+                flutter=sway.flutter,
+                sway=sway.bend,
+                gusts=sway.gusts,
             )
         )
 
-    def draw(self, plants: Plants, revision: int, camera_m: Floats, sun: Floats, reach_m: float) -> bool:
+    def draw(self, plants: Plants, revision: tuple[int, ...], camera_m: Floats, sun: Floats, reach_m: float) -> bool:
         """Bring the map up to date; whether it had to be drawn. camera_m: planet-centred; sun: unit, to it."""
         half = min(reach_m, REACH_M)
         moved = np.linalg.norm(camera_m - self.middle_m) > _STEP * half

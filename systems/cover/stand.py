@@ -1,7 +1,7 @@
-"""Which trees stand in a plot: a function of the plot's integers, of the ground and of the component alone.
+"""Which trees and shrubs stand in a plot: a function of the plot's integers, of the ground and of the component alone.
 
-A plot is a cell of the lattice on the cube (engine/surface/lattice.py) of some 100 m. Its places form a square grid of
-Cover.spacing_m, each moved at random within its square; whether a place has a tree is drawn against how well trees grow
+A plot is a cell of the lattice on the cube (engine/surface/lattice.py) of some 100 m. The places of a layer form a
+square grid, each moved at random within its square; whether a place has a plant is drawn against how well they grow
 there, in groups and with clearings.
 """
 
@@ -19,7 +19,7 @@ from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
 from .chance import draws, patches
 from .growth import Growing, GrowingGround, ramp
 
-__all__ = ["NOTHING", "Plants", "Plot", "Species", "plants_in", "plot_level"]
+__all__ = ["LAYERS", "NOTHING", "SHRUBS", "TREES", "Layer", "Plants", "Plot", "Species", "plants_in", "plot_level"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,6 +42,26 @@ class Species(IntEnum):
 
     BROADLEAF = 0
     CONIFER = 1
+    SHRUB = 2
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Plants of about one height, which have their places of their own."""
+
+    spacing: str
+    """field of Cover"""
+    density: str
+    """field of Cover"""
+    salt: int
+    """what its chance differs by from that of others"""
+    first: int
+    """number of its first place in a plot: names differ"""
+
+
+TREES = Layer("spacing_m", "density", 0, 0)
+SHRUBS = Layer("shrub_spacing_m", "shrubs", 101, 1 << 20)
+LAYERS = (TREES, SHRUBS)
 
 
 @dataclass(frozen=True)
@@ -56,7 +76,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Plants:
-    """N trees. Planet axes, metres."""
+    """N trees and shrubs. Planet axes, metres."""
 
     positions_m: Floats
     """(N, 3) where they stand, from the planet's centre"""
@@ -95,23 +115,27 @@ def plot_level(radius_m: float) -> int:
     return min(max(round(level), 0), FULL_BITS - 8)
 
 
-def plants_in(plots: Sequence[Plot], ground: GrowingGround, growing: Growing, cover: Cover, seed: int) -> list[Plants]:
-    """The trees of each plot, all of one level. seed: of the planet's ground. Many at once take a tenth of the time."""
-    if not plots or cover.density <= 0.0:
+def plants_in(
+    plots: Sequence[Plot], ground: GrowingGround, growing: Growing, cover: Cover, seed: int, layer: Layer = TREES
+) -> list[Plants]:
+    """A layer's plants in each plot, all of one level. seed: of the planet's ground. Many at once take a tenth of the
+    time."""
+    density, spacing_m = float(getattr(cover, layer.density)), float(getattr(cover, layer.spacing))
+    if not plots or density <= 0.0:
         return [NOTHING] * len(plots)
     cells = np.array([(p.face, p.i, p.j) for p in plots], dtype=np.int64)
     level, edge = plots[0].level, float(cell_edge_m(plots[0].level, ground.radius_m))
-    coarse = _Coarse.of(cells, level, ground, growing)
-    woody = np.flatnonzero(coarse.woods.any(axis=(1, 2)))
-    count = max(round(edge / cover.spacing_m), 1)
+    coarse = _Coarse.of(cells, level, ground, growing, layer)
+    woody = np.flatnonzero(coarse.share.any(axis=(1, 2)))
+    count = max(round(edge / spacing_m), 1)
     a, b = (c.ravel() for c in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
     which, face, i, j = (np.repeat(c, len(a)) for c in (woody, *cells[woody].T))
     number, a, b = (np.tile(c, len(woody)) for c in (np.arange(len(a)), a, b))
-    chance = draws(seed, face, i * count + a, j * count + b, 7)
+    chance = draws(seed + layer.salt, face, i * count + a, j * count + b, 7)
     u, v = (a + 0.1 + 0.8 * chance[0]) / count, (b + 0.1 + 0.8 * chance[1]) / count
-    woods, slope = coarse.at(coarse.woods, which, u, v), coarse.at(coarse.slope, which, u, v)
+    woods, slope = coarse.at(coarse.share, which, u, v), coarse.at(coarse.slope, which, u, v)
     steepest = np.tan(np.deg2rad(cover.steepest_deg))
-    share = woods * cover.density * ramp(steepest, 0.7 * steepest, slope) * _groups(face, i + u, j + v, edge, woods)
+    share = woods * density * ramp(steepest, 0.7 * steepest, slope) * _groups(face, i + u, j + v, edge, woods)
     on = np.flatnonzero(chance[2] < share)
     which, face, i, j, number = (c[on] for c in (which, face, i, j, number))
     u, v, woods = (c[on] for c in (u, v, woods))
@@ -120,10 +144,15 @@ def plants_in(plots: Sequence[Plot], ground: GrowingGround, growing: Growing, co
     direction = direction_of(face, (i + u) * scale, (j + v) * scale).reshape(-1, 3)
     height = ground.height(direction)
     warmth = coarse.at(coarse.warmth, which, u, v)
-    species = np.where(chance[3] < ramp(0.62, 0.34, warmth), Species.CONIFER, Species.BROADLEAF).astype(np.int64)
-    tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
+    if layer is SHRUBS:
+        species = np.full(len(u), Species.SHRUB, np.int64)
+        tall = cover.shrub_height_m * (0.35 + 0.85 * chance[4] ** 2)
+        radius = tall * (0.55 + 0.35 * chance[3])
+    else:
+        species = np.where(chance[3] < ramp(0.62, 0.34, warmth), Species.CONIFER, Species.BROADLEAF).astype(np.int64)
+        tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
-    names = np.stack([face, np.full_like(face, level), i, j, number], axis=1)
+    names = np.stack([face, np.full_like(face, level), i, j, number + layer.first], axis=1)
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
     dry = (height > growing.lowest_m) & ~ground.is_wet(direction, height - _BANK_M)
     return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]
@@ -159,11 +188,12 @@ class _Coarse:
     """Climate and slope at the corners of the plots' squares: (plots, _COARSE + 1, _COARSE + 1)."""
 
     warmth: Floats
-    woods: Floats
+    share: Floats
+    """of places that have a plant of the layer"""
     slope: Floats
 
     @classmethod
-    def of(cls, cells: Ints, level: int, ground: GrowingGround, growing: Growing) -> _Coarse:
+    def of(cls, cells: Ints, level: int, ground: GrowingGround, growing: Growing, layer: Layer) -> _Coarse:
         """cells: rows (face, i, j)."""
         step = np.arange(_COARSE + 1) / _COARSE
         scale = 2.0 ** (FULL_BITS - level)
@@ -174,7 +204,8 @@ class _Coarse:
         side = float(cell_edge_m(level, ground.radius_m)) / _COARSE
         rise = np.gradient(height.reshape(shape), side, axis=(1, 2))
         climate = growing.climate(ground, direction, height)
-        return cls(climate.warmth.reshape(shape), growing.woods(climate).reshape(shape), np.hypot(*rise))
+        share = growing.shrubs(climate) if layer is SHRUBS else growing.woods(climate)
+        return cls(climate.warmth.reshape(shape), share.reshape(shape), np.hypot(*rise))
 
     @staticmethod
     def at(values: Floats, plot: Ints, u: Floats, v: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""CoverSystem: trees on the ground near the camera, their light and their shadows.
+"""CoverSystem: trees and shrubs on the ground near the camera, their light and their shadows.
 
 Each tree is a quad in which a fragment shader follows the pixel's ray to the tree's lobes: two triangles a tree,
 whatever it looks like. What stands where is made on the CPU (stand.py), a few plots a frame.
@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 import moderngl
 import numpy as np
 
-from ...components import Cover, Ocean, Planet, Terrain
+from ...components import Cover, Ocean, Planet, Terrain, Wind
 from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER, TREE_BUFFER
 from ...engine.display import reflectance
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
@@ -30,17 +30,23 @@ from .growth import Growing
 from .near import Near
 from .records import TREE_DTYPE, seen, with_limbs
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
-from .stand import crowns
+from .stand import LAYERS, NOTHING, SHRUBS, Plants, crowns
+from .sway import STILL, sway_at
 
 __all__ = ["CoverSystem"]
 
 _PLACE, _MAP = "cover.place", "cover.map"
+_SHRUBS_M = 200.0
+"""How far shrubs are drawn."""
+GRASS_GIVEN_M = 0.3
+"""Height of grass for which assets/shaders/terrain/grass.glsl has its sizes."""
+_BREEZE = Wind()
 _BUDGET_MS = 4.0
 """A frame's time for making plots, while somebody looks."""
 
 
 class _SeenKey(NamedTuple):
-    revision: int
+    revision: tuple[int, ...]
     camera: CameraStamp
     reach_m: float
 
@@ -50,12 +56,20 @@ class _CoverView(ViewParts):
 
     def __init__(self, of: GpuScope, shadow_texels: int) -> None:
         super().__init__(of)
-        self.near = Near()
+        self.nears = tuple(Near(layer) for layer in LAYERS)
+        self.plants, self.revision = NOTHING, ()
+        self.sway = STILL
         self.key: _SeenKey | None = None
         self.count = self.limbed = 0
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
         self.frame: Frame | None = None
+
+    def gather(self) -> None:
+        """All layers in one, when one has changed."""
+        revision = tuple(near.revision for near in self.nears)
+        if revision != self.revision:
+            self.plants, self.revision = Plants.of([near.plants for near in self.nears]), revision
 
 
 class CoverSystem(System):
@@ -68,6 +82,8 @@ class CoverSystem(System):
         self._gpu, self._world, self._planet = setup.gpu, setup.world, setup.planet
         self._settings, self._nm, self._views = setup.settings, wavelengths_of(setup.settings), setup.views
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
+        # Its text, for shaders; each view has a block of its own.
+        self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
         # The nearest show limbs.
         self._trees = {
             limbs: self._gpu.program(
@@ -77,8 +93,6 @@ class CoverSystem(System):
         }
         self._quads = {limbs: self._gpu.vertex_array(program) for limbs, program in self._trees.items()}
         self._list = self._gpu.compute("cover/list_tiles.comp")
-        # Its text, for shaders; each view has a block of its own.
-        self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
         self._gpu.shaders.provide("cover_light", "cover/light.glsl", owner=self.name)
         provide_contracts(self._world, self.name, self)
         self._shade = self._gpu.compute(
@@ -116,29 +130,42 @@ class CoverSystem(System):
     def update(self, frame: Frame) -> None:
         view, cover = self._view(frame.view), frame.world.get(frame.planet, Cover)
         view.frame = frame
+        view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
         self._use_colours(cover)
         ground: Any = frame.world.try_resource(HEIGHT_FIELD)
         terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
         reach = float(self._settings["cover.reach_m"])
         height = float(np.linalg.norm(frame.camera.position_m))
         direction = frame.camera.position_m / height
-        if ground is None or cover.density <= 0.0 or not self._near_ground(ground, height, direction, reach, cover):
-            view.near.clear()
+        if (
+            ground is None
+            or max(cover.density, cover.shrubs) <= 0.0
+            or not self._near_ground(ground, height, direction, reach, cover)
+        ):
+            for near in view.nears:
+                near.clear()
         else:
             sea = None if ocean is None else ocean.sea_level_m
             key = (ground, revision(cover), revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             growing = Growing.of(terrain, sea)
-            view.near.refresh(key, direction, reach, ground, growing, cover, terrain.seed, budget)
-        if not len(view.near.plants):
-            view.shadows.place(frame.camera.position_m, self._forest, False)
-        found = _SeenKey(view.near.revision, frame.camera.stamp, reach)
+            for near in view.nears:
+                own = min(reach, _SHRUBS_M) if near.layer is SHRUBS else reach
+                near.refresh(key, direction, own, ground, growing, cover, terrain.seed, budget)
+        view.gather()
+        if not len(view.plants):
+            view.shadows.place(frame.camera.position_m, self._forest, view.sway, False)
+        found = _SeenKey(view.revision, frame.camera.stamp, reach)
         if found != view.key:
             view.key = found
-            rows = seen(view.near.plants, frame.camera, reach)
+            rows = seen(view.plants, frame.camera, reach)
             view.trees.write(rows)
             view.count = len(rows)
             view.limbed = with_limbs(rows, frame.pixel_rad)
+
+    @staticmethod
+    def _wind(frame: Frame) -> Wind:
+        return frame.world.try_get(frame.planet, Wind) or _BREEZE
 
     @staticmethod
     def _near_ground(ground: Any, height_m: float, direction: Any, reach_m: float, cover: Cover) -> bool:
@@ -155,10 +182,11 @@ class CoverSystem(System):
         albedos = reflectance(np.array(colours), self._nm)
         for program in self._trees.values():
             program.set("u_albedos", albedos.astype(np.float32))
-        self._forest = Forest(albedos[0], albedos[1], crowns(cover))
+        tall = cover.grass_m / GRASS_GIVEN_M
+        self._forest = Forest(albedos[0], albedos[1], crowns(cover), cover.grass, tall, cover.flowers)
 
     def settled(self, view: View) -> bool:
-        return self._view(view).near.complete
+        return all(near.complete for near in self._view(view).nears)
 
     def refining(self, view: View) -> str:
         return "" if self.settled(view) else "trees"
@@ -173,7 +201,7 @@ class CoverSystem(System):
         builder.import_(_MAP, "texture", help="m, towards the sun of their highest leaf", lent=own.shadows.heights)
 
         def any_near() -> bool:
-            return len(own.near.plants) > 0
+            return len(own.plants) > 0
 
         builder.add_pass(
             "cover.gbuffer",
@@ -213,15 +241,16 @@ class CoverSystem(System):
             frame = view.frame
             if frame is None:
                 return
-            near, camera, on = view.near, frame.camera, bool(self._settings["cover.shadows"])
+            camera, on = frame.camera, bool(self._settings["cover.shadows"])
             if on:
                 reach = float(self._settings["cover.reach_m"])
-                view.shadows.draw(near.plants, near.revision, camera.position_m, frame.sun.direction, reach)
-            view.shadows.place(camera.position_m, self._forest, on)
+                view.shadows.draw(view.plants, view.revision, camera.position_m, frame.sun.direction, reach)
+            view.shadows.place(camera.position_m, self._forest, view.sway, on)
             if not view.count:
                 return
             target.use()
             self._draw_state.apply()
+            view.shadows.block.buffer.bind_to_uniform_block(COVER_BLOCK)
             view.trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
             for limbs, first, count in ((True, 0, view.limbed), (False, view.limbed, view.count - view.limbed)):
                 if count:

@@ -35,6 +35,7 @@ from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
 from ...engine.waves import WaveSet
+from ..winds import blown, wind_of, wind_revision
 from .block import OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
@@ -56,9 +57,10 @@ _CONTRACTS = {"water": "ocean/water.glsl", "waterline": "ocean/waterline.glsl"}
 
 
 class _MadeFor(NamedTuple):
-    """What the water's block follows from. sea: its revision; proxy: its generation."""
+    """What the water's block follows from. sea, wind: their revisions; proxy: its generation."""
 
     sea: int
+    wind: int
     proxy: int
 
 
@@ -183,10 +185,11 @@ class SeaShading:
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
-        own, made_for = self._of(frame.view), _MadeFor(revision(ocean), proxy.generation)
+        wind = wind_of(frame.world, frame.planet)
+        own, made_for = self._of(frame.view), _MadeFor(revision(ocean), wind_revision(wind), proxy.generation)
         if made_for != own.made_for:
             own.made_for = made_for
-            ocean = with_overrides(ocean, "ocean", frame.settings)
+            ocean = blown(with_overrides(ocean, "ocean", frame.settings), wind)
             own.block = ocean_block(ocean, waves, proxy.lattice.direction, radius, wavelengths_of(frame.settings))
             own.wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
         held = own.block

@@ -20,6 +20,7 @@ from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.waves import WaveSet, waves_of
+from ..winds import blown, wind_of, wind_revision
 from .swell_tile import SWELL_BYTES
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
@@ -56,9 +57,10 @@ class WaveMoment(NamedTuple):
 
 
 class _WavesKey(NamedTuple):
-    """What waves are made for. sea: its revision."""
+    """What waves are made for. sea, wind: their revisions."""
 
     sea: int
+    wind: int
     radius_m: float
 
 
@@ -136,9 +138,11 @@ class SeaWaves:
     def of(self, frame: Frame) -> WaveSet:
         """The waves of the frame's planet."""
         ocean, planet = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet)
-        key = _WavesKey(revision(ocean), planet.radius_m)
+        wind = wind_of(frame.world, frame.planet)
+        key = _WavesKey(revision(ocean), wind_revision(wind), planet.radius_m)
         if self._held is None or self._held[0] != key:
-            self._held = key, waves_of(with_overrides(ocean, "ocean", frame.settings), planet.radius_m)
+            blowing = blown(with_overrides(ocean, "ocean", frame.settings), wind)
+            self._held = key, waves_of(blowing, planet.radius_m)
         return self._held[1]
 
     def reach(self, frame: Frame, above_sea_m: float, pixel_rad: float) -> tuple[bool, tuple[float, float]]:

@@ -61,6 +61,8 @@ _CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
 _WET_READS = ("gbuffer.tile_depths", "gbuffer.tile_flags")
+_GIVEN_BLADES = 9
+"""In a cell of grass, for which assets/shaders/terrain/grass.glsl has their width."""
 _FAR_PIXEL_M = 50.0
 """Where pixels are wider on all ground, lakes may go on beyond the tiles that show them."""
 _WIDE_PIXEL_M = 10.0
@@ -403,6 +405,10 @@ class TerrainSystem(System):
             defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_EVERY": every}
             values = {"GROUND_COVER": f"{float(self._settings['cover.reach_m']):.1f}"}
             defines |= {flag: values.get(flag, 1) for flag in flags}
+            if {"GROUND_COVER", "GROUND_CLUTTER"} <= set(flags):
+                # As much of the ground is covered by fewer and wider ones.
+                blades = int(self._settings["cover.blades"])
+                defines |= {"GRASS_BLADES": blades, "GRASS_WIDER": f"{_GIVEN_BLADES / blades:.3f}"}
             self._shaders[file, *flags] = self._gpu.compute(file, defines=defines)
         return self._shaders[file, *flags]
 

@@ -264,6 +264,10 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
+    Picture("cover/meadow", "woods", "meadow"),
+    Picture("cover/meadow_mown", "woods", "meadow", KNOB_SIZE, {"cover.grass": 0.0}),
+    Picture("cover/meadow_windy", "woods", "meadow", KNOB_SIZE, {"wind.speed_m_s": 25.0}),
+    Picture("cover/branch", "woods", "ground", KNOB_SIZE),
     Picture("cover/grove", "woods", "grove", KNOB_SIZE),
     Picture("cover/grove_unshaded", "woods", "grove", KNOB_SIZE, overrides={"cover.shadows": False}),
 )

@@ -17,7 +17,7 @@ from planetfall.systems.cover.chance import draws, patches
 from planetfall.systems.cover.growth import Growing
 from planetfall.systems.cover.near import plots_within
 from planetfall.systems.cover.records import tree_records, windows
-from planetfall.systems.cover.stand import plot_level
+from planetfall.systems.cover.stand import Species, plot_level
 from planetfall.systems.terrain.height import TerrainField, TerrainParams
 from planetfall.systems.terrain.height_table import octave_table
 from planetfall.systems.terrain.material import TerrainMaterialBlock, material_block
@@ -107,8 +107,12 @@ def test_they_stand_on_dry_and_gentle_ground(scene, sampler):
     foot = np.linalg.norm(found.positions_m, axis=1) - EARTH_M
     np.testing.assert_allclose(foot, height - 0.1, atol=1e-6)
     assert height.min() > scene.planet[pf.Ocean].sea_level_m
-    assert ((found.heights_m > 1.0) & (found.heights_m < 25.0)).all()
-    assert (found.radii_m < 0.5 * found.heights_m).all()
+    shrub = found.species == Species.SHRUB
+    trees, shrubs = found.only(~shrub), found.only(shrub)
+    assert ((trees.heights_m > 1.0) & (trees.heights_m < 25.0)).all()
+    assert (trees.radii_m < 0.5 * trees.heights_m).all()
+    most_m = 1.2 * scene.planet[pf.Cover].shrub_height_m
+    assert ((shrubs.heights_m > 0.3) & (shrubs.heights_m < most_m)).all() and len(shrubs) > 100
 
 
 def test_none_stands_in_the_sea(scene, sampler):
@@ -141,14 +145,20 @@ def test_they_stand_in_no_rows(sampler):
 
 def test_density_and_height_are_knobs(scene):
     place, cover = direction(*PLACE), scene.planet[pf.Cover]
+    cover.shrubs = 0.0
     full = pf.CoverSampler(scene).within(place, 200.0)
     try:
         cover.density, cover.height_m = 0.5, 30.0
         half = pf.CoverSampler(scene).within(place, 200.0)
         cover.density = 0.0
         none = pf.CoverSampler(scene).within(place, 200.0)
+        cover.shrubs = 1.0
+        bushes = pf.CoverSampler(scene).within(place, 200.0)
+        cover.shrubs = 0.5
+        few = pf.CoverSampler(scene).within(place, 200.0)
     finally:
-        cover.density, cover.height_m = 1.0, 15.0
+        cover.density, cover.height_m, cover.shrubs = 1.0, 15.0, 1.0
+    assert 0.35 * len(bushes) < len(few) < 0.65 * len(bushes) and (bushes.species == Species.SHRUB).all()
     assert 0.35 * len(full) < len(half) < 0.65 * len(full) and len(none) == 0
     assert half.heights_m.mean() == pytest.approx(2.0 * full.heights_m.mean(), rel=0.1)
 

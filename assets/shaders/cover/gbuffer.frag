@@ -18,7 +18,7 @@ uniform vec3 u_albedos[3];   // by species, and of bark
 void main() {
     float away = length(v_ray);
     TreeHit hit = tree_hit(uint(v_form.y), v_camera, v_ray / away, v_form.x, v_form.z, v_lobes,
-        away * frame.pixel_rad, TUFT_M / v_height_m);
+        away * frame.pixel_rad, min(TUFT_M, SMALL_TUFT * v_form.x * v_height_m) / v_height_m);
     if (hit.t <= 0.0) discard;
     // Leaves of one tree differ little, trees from one another more.
     vec3 leaf = u_albedos[int(v_form.y)] * (1.0 + 0.5 * (v_form.w - 0.5) * vec3(1.2, 0.8, 0.7));

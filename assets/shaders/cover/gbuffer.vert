@@ -5,10 +5,14 @@
 #include "cover/lobes.glsl"
 #include "cover/quad.glsl"
 #include "generated/cover.glsl"
+#include "generated/cover_map.glsl"
+#include "cover/gust.glsl"
 
 layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
 
 uniform int u_first;
+
+const float TREE_SWAY = 0.03;   // what the wind moves a tree's top by, over what it does to grass
 
 // In the tree's own space, cover/tree.glsl.
 out vec3 v_ray;           // from the camera to the quad
@@ -23,6 +27,9 @@ void main() {
     vec2 corner = quad_corner(gl_VertexID);
     vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
     float away = length(middle), half_m = HALF_HIGH * tree.height_m, wide_m = HALF_WIDE * tree.radius_m;
+    // The wind leans it, the more the higher: a shear.
+    vec3 lean = (TREE_SWAY * gust_at(tree.foot_m)) * cover_map.sway;
+    wide_m += length(lean) * tree.height_m;
     float around = length(vec2(half_m, wide_m));
     vec3 view = middle / max(away, 1e-3), side = cross(view, up);
     side = dot(side, side) > 1e-6 ? normalize(side) : frame.camera_right;
@@ -43,8 +50,11 @@ void main() {
         point = view_ray(ndc) * max(max(dot(tree.foot_m, frame.camera_forward), 0.5 * aside_m), 0.3);
     }
     mat3 axes = tree_axes(up, tree.turn);
+    vec2 sheared = (lean * axes).xy;
     v_ray = point * axes * (1.0 / tree.height_m);
+    v_ray.xy -= sheared * v_ray.z;
     v_camera = -tree.foot_m * axes * (1.0 / tree.height_m);
+    v_camera.xy -= sheared * v_camera.z;
     v_x = axes[0];
     v_up = up;
     v_height_m = tree.height_m;

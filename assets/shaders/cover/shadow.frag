@@ -12,7 +12,7 @@ uniform float u_texel_m, u_deep_m;
 void main() {
     float height_m = v_form.w;
     TreeHit hit = tree_hit(uint(v_form.y), v_from, v_ray, v_form.x, v_form.z, v_lobes, u_texel_m / height_m,
-        TUFT_M / height_m);
+        min(TUFT_M, SMALL_TUFT * v_form.x * height_m) / height_m);
     if (hit.t <= 0.0) discard;
     o_along = v_start_m - hit.t * height_m;
     // The nearest to the sun wins.

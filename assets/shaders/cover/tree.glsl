@@ -7,10 +7,13 @@
 #include "cover/lobes.glsl"
 
 const float TUFT_M = 0.13;            // size of a tuft of leaves
+const float SMALL_TUFT = 0.13;         // over a crown's radius: of shrubs
 const int TREE_STEPS = 9;             // into a lobe
 const int TREE_TURNS = 3;              // lobes that a ray is followed through
 const int CONIFER_STEPS = 9;          // into the cone
 const float CLUMPS = 1.9, CLUMPS_DEEP = 0.48;  // waves in a crown's radius; how far they shape a lobe's rim
+const float LEAF_ROWS = 4.0, NEEDLE_ROWS = 6.5, LEAF_LONG = 1.9;   // a tuft's width over a leaf's, over its length
+const float LEAF_PIXEL = 0.15;        // what a pixel spans of a tuft where its leaves show
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
 const float LIMB = 0.009;             // of a limb
 const float CONIFER_FOOT = 0.07;      // height of the lowest branches
@@ -32,6 +35,7 @@ struct TreeRay {
     float turn;       // 0..1
     float size;       // of a tuft, but no less than a pixel shows
     float fine;       // 0: a pixel is wider than tufts
+    float rows;       // of leaves in a tuft; 0: a pixel doesn't show them
 };
 
 uint tree_mix(uint x) {
@@ -60,8 +64,17 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     normal = (1.8 * away + 0.6 * lies) * TUFT_LATTICE - 0.4 * r.ray;
     // Longer than wide.
     float across = dot(away, lies);
-    return chance.x < dense
+    bool within = chance.x < dense
         && dot(away, away) + 7.0 * r.fine * across * across < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
+#ifdef TREE_LIMBS
+    // So near that its leaves show: they stand along a stem, to both of its sides.
+    vec3 side = normalize(lies - dot(lies, along) * along + 1e-4), stem = cross(along, side);
+    float aside = dot(away, side), out_share = abs(aside) * LEAF_LONG;
+    float row = fract(r.rows * (dot(away, stem) - 0.6 * abs(aside)) + (aside > 0.0 ? 0.5 : 0.0)) - 0.5;
+    within = within && (r.rows == 0.0 || abs(row) < 1.15 * sqrt(out_share) * (1.0 - out_share) || out_share < 0.04);
+    normal += (r.rows > 0.0 ? 0.5 * sign(aside) + 1.6 * row : 0.0) * (side * TUFT_LATTICE);
+#endif
+    return within;
 }
 
 // Clumps of leaves, about -1..1: waves that bend one another. place: in crown radii.
@@ -199,7 +212,8 @@ TreeHit tree_hit(
 ) {
     TreeHit found = TreeHit(-1.0, vec3(0.0), 1.0, 0.0);
     bool conifer = species == TREE_CONIFER;
-    TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0));
+    TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0),
+        pixel < LEAF_PIXEL * leaf ? conifer ? NEEDLE_ROWS : LEAF_ROWS : 0.0);
     tree_trunk(found, r, conifer ? 1.0 : 0.8);
     uint seed = floatBitsToUint(turn + 1.0);
     if (conifer) tree_conifer(found, r, seed);

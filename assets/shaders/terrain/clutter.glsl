@@ -17,6 +17,8 @@ struct GroundClutter {
     vec3 normal;   // cover times that of its surface, where the ground's is the zenith
     float sun;     // 0..1: what the others leave of the sun to the ground
     float sky;     // 0..1: the same of the sky
+    vec3 bloom;    // albedo of flowers times their share
+    float bloomed; // share of it that is flowers
 };
 
 const int CLUTTER_MOST = 6;        // cells on a ray
@@ -35,12 +37,7 @@ const ClutterKind CLUTTER[] = ClutterKind[](
     ClutterKind(0.03, 1, 0.12, 0.34, 0.08, 0.30, 2.2, 0.7, 0.5, 0.6),
     ClutterKind(0.1, 3, 0.08, 0.30, 0.08, 0.28, 1.1, 0.65, 0.7, 0.6),
     ClutterKind(0.5, 6, 0.06, 0.20, 0.03, 0.11, 0.85, 0.8, 0.85, 0.3),
-#ifdef GROUND_COVER
-    // Crowns of the trees that stand as solids nearer by (systems/cover).
-    ClutterKind(NEAR_ACROSS_M, 8, 0.26, 0.46, 0.0, 0.0, 1.9, 0.8, 0.85, 0.2));
-#else
     ClutterKind(NEAR_ACROSS_M, 7, 0.10, 0.40, 0.01, 0.05, 1.25, 0.8, 0.85, 0.2));
-#endif
 
 // The lattice's axes: the two of the planet that the ground follows best, and the third.
 vec3 clutter_axes(vec3 v, vec3 zenith) {
@@ -224,22 +221,40 @@ void add_kind(
     } while (i < CLUTTER_MOST);
 }
 
+#ifdef GROUND_COVER
+#include "terrain/grass.glsl"
+#endif
+
 // eye, sun: unit vectors, seen from ground whose normal is the zenith. across: what a pixel spans at right angles to
 // the view, metres. stony: share of cells that hold a stone off the beach.
 // above_sea: height of the pixel's ground, metres; gradient: its rise around, in metres per metre.
 GroundClutter ground_clutter(
-    vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea, vec3 gradient
+    vec3 point, vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea, vec3 gradient
 ) {
-    GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0);
+    GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0, vec3(0.0), 0.0);
     vec3 up = clutter_axes(zenith, zenith), to_eye = clutter_axes(eye, zenith), to_sun = clutter_axes(sun, zenith);
     float eye_rise = dot(to_eye, up), sun_rise = dot(to_sun, up), strength = terrain_material_block.clutter;
     ClutterView v = ClutterView(up, to_eye - eye_rise * up, to_sun - sun_rise * up, eye_rise, sun_rise, across,
         strength);
     ClutterBeach strand = clutter_beach(up, clutter_axes(gradient, zenith), above_sea);
+    float left = 1.0;   // of the pixel, for what lies behind
+#ifdef GROUND_COVER
+    float grassy = growth.tufts * cover_map.grass;
+    GrassView grass = grass_view(v, point, zenith, grassy, cover_map.flowers * grassy * (1.0 - 0.8 * growth.wooded));
+    for (int k = 0; k < GRASS_KINDS; ++k) {
+        ivec3 lattice;
+        vec3 fraction;
+        float frequency;
+        nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D, GRASS[k].octave,
+            lattice, fraction, frequency);
+        add_grass(found, left, k, v, grass, clutter_axes(fraction, zenith).xy, clutter_axes(lattice, zenith).xy,
+            strand);
+    }
+    growth = Growth(0.0, 0.0, 0.0, 0.0, 0.0);   // bushes are solids, as trees are
+#endif
     // From the finest that shows.
     int kind = 0;
     for (int k = 0; k < CLUTTER.length(); ++k) kind += across < CLUTTER[k].span_m && strength > 0.0 ? 0 : 1;
-    float left = 1.0;   // of the pixel, for what lies behind
     if (kind < CLUTTER.length()) do {
         float plants = kind == 0 ? growth.tufts : kind == 1 ? growth.tussocks : kind == 2 ? growth.shrubs
             : growth.trees;
@@ -257,6 +272,8 @@ GroundClutter ground_clutter(
     found.plant *= whole;
     found.bush *= whole;
     found.light *= whole;
+    found.bloom *= whole;
+    found.bloomed *= whole;
     found.normal = clutter_planet(found.normal, zenith);
     return found;
 }

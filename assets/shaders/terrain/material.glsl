@@ -13,6 +13,7 @@ struct Ripples {
 // Shares of cells of clutter that hold one, off the beach.
 struct Growth {
     float tufts, tussocks, shrubs, trees;
+    float wooded;   // 0..1: under trees
 };
 
 struct Material {
@@ -43,7 +44,7 @@ void stand_on(inout Material material, Ground ground, float stones, float plants
     float woods = ramp(0.50, 0.72, ground.mean_humidity) * ramp(0.15, 0.28, ground.mean_warmth);
     material.stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * ground.roughness) * stones;
     material.growth =
-        Growth(growing * 0.95, growing * 0.32, growing * (0.10 + 0.45 * woods), growing * woods);
+        Growth(growing * 0.95, growing * 0.32, growing * (0.10 + 0.45 * woods), growing * woods, woods);
 }
 
 #include "generated/terrain_materials.glsl"

@@ -13,6 +13,9 @@
 #include "terrain/height.glsl"
 #include "terrain/attributes.glsl"
 #include "terrain/material.glsl"
+#ifdef GROUND_COVER
+#include "contract/cover_light.glsl"
+#endif
 #ifdef GROUND_CLUTTER
 #include "terrain/clutter.glsl"
 #include "terrain/ripples.glsl"
@@ -31,10 +34,6 @@
 
 #ifdef GROUND_RIVERS
 #include "terrain/narrow_water.glsl"
-#endif
-
-#ifdef GROUND_COVER
-#include "contract/cover_light.glsl"
 #endif
 
 #ifndef GROUND_BLUR
@@ -80,6 +79,7 @@ vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 tree = FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint);
 #endif
     vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), tree, clutter.bush);
+    leaves = leaves * (1.0 - clutter.bloomed) + clutter.bloom;
     return mix(stone, leaves * clutter.light, clutter.plant);
 }
 #endif
@@ -155,7 +155,7 @@ void stand_clutter(
     inout vec2 open
 ) {
     material.growth.trees *= ramp(TREES_FROM_M.x, TREES_FROM_M.y, s.distance_m * dot(s.view, s.zenith));
-    GroundClutter clutter = ground_clutter(s.D, s.zenith, levelled(s.view, s.coarse, s.zenith),
+    GroundClutter clutter = ground_clutter(s.point, s.D, s.zenith, levelled(s.view, s.coarse, s.zenith),
         levelled(sun, s.coarse, s.zenith), s.across_m, material.stony, material.growth, above_sea_m, rises);
     material.albedo = mix(material.albedo, clutter_albedo(clutter, material.plant), clutter.cover);
     normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, s.zenith));
