@@ -258,16 +258,17 @@ SEVERAL_PICTURES: tuple[Picture, ...] = (
 )
 """Of scenes with several planets."""
 
+GRASS_SIZE = (240, 135)
+"""In smaller ones a pixel is wider than blades and leaves."""
 COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/forest", "woods", "forest"),
     Picture("cover/canopy", "woods", "canopy"),
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
-    Picture("cover/meadow", "woods", "meadow"),
-    Picture("cover/meadow_mown", "woods", "meadow", KNOB_SIZE, {"cover.grass": 0.0}),
-    Picture("cover/meadow_windy", "woods", "meadow", KNOB_SIZE, {"wind.speed_m_s": 25.0}),
-    Picture("cover/branch", "woods", "ground", KNOB_SIZE),
+    Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),
+    Picture("cover/meadow_mown", "woods", "meadow", GRASS_SIZE, {"cover.grass": 0.0}),
+    Picture("cover/branch", "woods", "ground", GRASS_SIZE),
     Picture("cover/grove", "woods", "grove", KNOB_SIZE),
     Picture("cover/grove_unshaded", "woods", "grove", KNOB_SIZE, overrides={"cover.shadows": False}),
 )
