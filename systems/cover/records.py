@@ -13,7 +13,7 @@ from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState
 from .stand import Plants, Species
 
-__all__ = ["TREE_DTYPE", "seen", "tree_records", "with_limbs"]
+__all__ = ["TREE_DTYPE", "in_detail", "seen", "tree_records"]
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +40,8 @@ _SHRUB_SUNK = 0.35
 """A shrub is drawn as a broadleaf tree that is sunk by this share of its height, up to its crown."""
 _SEEN_HEIGHTS = 150.0
 """A plant farther away than so many of its heights isn't drawn: a pixel of 1080 rows shows a seventh of it."""
+_LEAF_PIXEL_M = 0.15 * 0.13
+"""What a pixel spans where leaves have become too small to be drawn: LEAF_PIXEL and TUFT_M of cover/tree.glsl."""
 _GROWS = 0.1
 """Share of the reach over which a tree grows from nothing."""
 
@@ -76,9 +78,10 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     return out
 
 
-def seen(plants: Plants, camera: CameraState, reach_m: float) -> NDArray[np.void]:
-    """Records of the trees in the picture, the nearest first: what lies behind is then rejected early. A tree in whose
-    leaves the eye is isn't drawn, since they would be all that is seen."""
+def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[np.void], Floats]:
+    """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; and how
+    near (N,) their crowns come, metres. A tree in whose leaves the eye is isn't drawn, since they would be all that is
+    seen."""
     offset = plants.positions_m - camera.position_m
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
     reach = np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m)
@@ -101,7 +104,7 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> NDArray[np.void
     size = plants.heights_m + plants.radii_m
     near = np.flatnonzero(away[which] < _WINDOWS * size[which])
     rows["window"][near] = windows(rows[near], up[which[near]], camera)
-    return rows
+    return rows, _crown_m(plants, offset, up)[which]
 
 
 def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> Floats:
@@ -147,15 +150,24 @@ def _widen(window: Floats, a: Floats, b: Floats, camera: CameraState) -> None:
         window[shown, 2:] = np.maximum(window[shown, 2:], place[shown])
 
 
-def with_limbs(trees: NDArray[np.void], pixel_rad: float) -> int:
-    """How many of them, the first ones, are so near that a pixel can show a limb (TREE_LIMBS of cover/tree.glsl)."""
-    if not len(trees):
-        return 0
-    foot = trees["foot_m"].astype(np.float64)
-    # A crown may be nearer than its foot by the tree's size.
-    away = np.sqrt(np.einsum("ij,ij->i", foot, foot)) - trees["height_m"] - trees["radius_m"]
-    shown = np.flatnonzero(away * pixel_rad < _LIMB_PIXEL * trees["height_m"])
-    return int(shown[-1]) + 1 if len(shown) else 0
+def in_detail(trees: NDArray[np.void], crown_m: Floats, pixel_rad: float) -> tuple[int, int]:
+    """How many of them (N,) with crowns as near as crown_m (N,), the first ones, are so near that a pixel can show a leaf, and a limb (TREE_LEAVES and
+    TREE_LIMBS of cover/tree.glsl)."""
+    pixel = crown_m * pixel_rad
+
+    def first(shown: NDArray[np.bool_]) -> int:
+        which = np.flatnonzero(shown)
+        return int(which[-1]) + 1 if len(which) else 0
+
+    leaves = first(pixel < _LEAF_PIXEL_M)
+    return leaves, max(first(pixel < _LIMB_PIXEL * trees["height_m"]), leaves)
+
+
+def _crown_m(plants: Plants, offset_m: Floats, up: Floats) -> Floats:
+    """How near the crown of each tree (N,) may come to the eye: from its axis, less its radius; as _holds()."""
+    height = np.clip(-np.einsum("ij,ij->i", offset_m, up), _LOWEST_BRANCH * plants.heights_m, plants.heights_m)
+    nearest = offset_m + height[:, None] * up
+    return np.maximum(np.sqrt(np.einsum("ij,ij->i", nearest, nearest)) - plants.radii_m, 0.0)
 
 
 def _edges(camera: CameraState) -> list[Floats]:

@@ -28,7 +28,7 @@ from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
 from .growth import Growing
 from .near import Near
-from .records import TREE_DTYPE, seen, with_limbs
+from .records import TREE_DTYPE, in_detail, seen
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .stand import LAYERS, NOTHING, SHRUBS, Plants, crowns
 from .sway import STILL, sway_at
@@ -60,7 +60,7 @@ class _CoverView(ViewParts):
         self.plants, self.revision = NOTHING, ()
         self.sway = STILL
         self.key: _SeenKey | None = None
-        self.count = self.limbed = 0
+        self.count, self.detailed = 0, (0, 0)
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
         self.frame: Frame | None = None
@@ -84,14 +84,14 @@ class CoverSystem(System):
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         # Its text, for shaders; each view has a block of its own.
         self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
-        # The nearest show limbs.
-        self._trees = {
-            limbs: self._gpu.program(
-                vertex="cover/gbuffer.vert", fragment="cover/gbuffer.frag", defines={"TREE_LIMBS": 1} if limbs else None
+        # The nearest show leaves and limbs, farther ones limbs.
+        self._trees = [
+            self._gpu.program(
+                vertex="cover/gbuffer.vert", fragment="cover/gbuffer.frag", defines=dict.fromkeys(shown, 1)
             )
-            for limbs in (True, False)
-        }
-        self._quads = {limbs: self._gpu.vertex_array(program) for limbs, program in self._trees.items()}
+            for shown in (("TREE_LEAVES", "TREE_LIMBS"), ("TREE_LIMBS",), ())
+        ]
+        self._quads = [self._gpu.vertex_array(program) for program in self._trees]
         self._list = self._gpu.compute("cover/list_tiles.comp")
         self._gpu.shaders.provide("cover_light", "cover/light.glsl", owner=self.name)
         provide_contracts(self._world, self.name, self)
@@ -158,10 +158,10 @@ class CoverSystem(System):
         found = _SeenKey(view.revision, frame.camera.stamp, reach)
         if found != view.key:
             view.key = found
-            rows = seen(view.plants, frame.camera, reach)
+            rows, crown_m = seen(view.plants, frame.camera, reach)
             view.trees.write(rows)
             view.count = len(rows)
-            view.limbed = with_limbs(rows, frame.pixel_rad)
+            view.detailed = in_detail(rows, crown_m, frame.pixel_rad)
 
     @staticmethod
     def _wind(frame: Frame) -> Wind:
@@ -180,7 +180,7 @@ class CoverSystem(System):
         self._colours = revision(cover)
         colours = (cover.broadleaf_albedo, cover.conifer_albedo, cover.bark_albedo)
         albedos = reflectance(np.array(colours), self._nm)
-        for program in self._trees.values():
+        for program in self._trees:
             program.set("u_albedos", albedos.astype(np.float32))
         tall = cover.grass_m / GRASS_GIVEN_M
         self._forest = Forest(albedos[0], albedos[1], crowns(cover), cover.grass, tall, cover.flowers)
@@ -252,10 +252,11 @@ class CoverSystem(System):
             self._draw_state.apply()
             view.shadows.block.buffer.bind_to_uniform_block(COVER_BLOCK)
             view.trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
-            for limbs, first, count in ((True, 0, view.limbed), (False, view.limbed, view.count - view.limbed)):
-                if count:
-                    self._trees[limbs].set("u_first", first)
-                    self._quads[limbs].render(moderngl.TRIANGLES, vertices=6, instances=count)
+            ends = (0, *view.detailed, view.count)
+            for program, quads, first, end in zip(self._trees, self._quads, ends[:-1], ends[1:], strict=True):
+                if first < end:
+                    program.set("u_first", first)
+                    quads.render(moderngl.TRIANGLES, vertices=6, instances=end - first)
 
         return run
 

@@ -137,7 +137,10 @@ def test_grass_and_trees_move_and_nothing_else_does(scene):
     trees = (one["surface"] == Surface.COVER) & (two["surface"] == Surface.COVER) & (one["distance"] < 60.0)
     assert moved[near].mean() > 0.1 and moved[trees].mean() > 0.05
     # The shadows of trees stay where they are.
-    assert moved[far].mean() < 0.01 and not moved[(one["surface"] == Surface.NONE) & (two["surface"] == Surface.NONE)].any()
+    assert (
+        moved[far].mean() < 0.01
+        and not moved[(one["surface"] == Surface.NONE) & (two["surface"] == Surface.NONE)].any()
+    )
 
 
 def test_without_wind_all_stands_still(scene):
