@@ -151,8 +151,8 @@ def _widen(window: Floats, a: Floats, b: Floats, camera: CameraState) -> None:
 
 
 def in_detail(trees: NDArray[np.void], crown_m: Floats, pixel_rad: float) -> tuple[int, int]:
-    """How many of them (N,) with crowns as near as crown_m (N,), the first ones, are so near that a pixel can show a leaf, and a limb (TREE_LEAVES and
-    TREE_LIMBS of cover/tree.glsl)."""
+    """How many of them, the first ones, are so near that a pixel can show a leaf, and a limb (TREE_LEAVES and
+    TREE_LIMBS of cover/tree.glsl). crown_m: (N,), as seen() has it."""
     pixel = crown_m * pixel_rad
 
     def first(shown: NDArray[np.bool_]) -> int:

@@ -105,11 +105,14 @@ class ShadowMap:
             )
         )
 
-    def draw(self, plants: Plants, revision: tuple[int, ...], camera_m: Floats, sun: Floats, reach_m: float) -> bool:
-        """Bring the map up to date; whether it had to be drawn. camera_m: planet-centred; sun: unit, to it."""
+    def draw(
+        self, plants: Plants, revision: tuple[int, ...], camera_m: Floats, sun: Floats, reach_m: float, bare: float
+    ) -> bool:
+        """Bring the map up to date; whether it had to be drawn. camera_m: planet-centred; sun: unit, to it; bare: share
+        of broadleaves' leaves that have fallen."""
         half = min(reach_m, REACH_M)
         moved = np.linalg.norm(camera_m - self.middle_m) > _STEP * half
-        key = (revision, tuple(np.round(sun, 5)), half)
+        key = (revision, tuple(np.round(sun, 5)), half, round(bare, 2))
         if key == self._key and not moved:
             return False
         self._key, self.half_m, self.middle_m = key, half, camera_m.copy()
@@ -132,6 +135,7 @@ class ShadowMap:
             for name, value in (("u_x", self.axes[0]), ("u_y", self.axes[1]), ("u_sun", sun), ("u_up", up)):
                 self._program.set(name, tuple(value))
             self._program.set("u_per_m", 1.0 / half)
+            self._program.set("u_bare", bare)
             self._program.set("u_texel_m", self.texel_m)
             self._program.set("u_deep_m", 8.0 * half)
             self._quad.render(vertices=6, instances=len(rows))

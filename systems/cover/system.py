@@ -22,13 +22,15 @@ from ...engine.frame.published import HEIGHT_FIELD
 from ...engine.gpu import GpuScope
 from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
-from ...engine.settings import revision
+from ...engine.settings import revision, with_overrides
+from ...engine.space.axes import latitude_longitude
 from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
 from .growth import Growing
 from .near import Near
 from .records import TREE_DTYPE, in_detail, seen
+from .season import AUTUMN, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .stand import LAYERS, NOTHING, SHRUBS, Plants, crowns
 from .sway import STILL, sway_at
@@ -58,7 +60,8 @@ class _CoverView(ViewParts):
         super().__init__(of)
         self.nears = tuple(Near(layer) for layer in LAYERS)
         self.plants, self.revision = NOTHING, ()
-        self.sway = STILL
+        self.sway, self.leaves = STILL, SUMMER
+        self.forest = Forest(np.zeros(3), np.zeros(3), 0.0)
         self.key: _SeenKey | None = None
         self.count, self.detailed = 0, (0, 0)
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
@@ -100,7 +103,8 @@ class CoverSystem(System):
             defines={"RADIANCE_FORMAT": format, "LIGHT_EVERY": int(setup.settings["cover.light_every"])},
         )
         self._draw_state = self._gpu.state(depth_test=True, depth_func=">", cull=None)
-        self._colours, self._forest = -1, Forest(np.zeros(3), np.zeros(3), 0.0)
+        self._colours, self._albedos = -1, np.zeros((3, 3))
+        self._autumn = reflectance(AUTUMN, self._nm)
 
     def release(self) -> None:
         self._gpu.shaders.withdraw(self.name)
@@ -128,10 +132,14 @@ class CoverSystem(System):
     # -- a frame -----------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame) -> None:
-        view, cover = self._view(frame.view), frame.world.get(frame.planet, Cover)
+        view, component = self._view(frame.view), frame.world.get(frame.planet, Cover)
+        cover, of_cover = with_overrides(component, "cover", frame.settings), revision(component)
         view.frame = frame
         view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
-        self._use_colours(cover)
+        self._use_colours(cover, of_cover)
+        latitude_deg, _ = latitude_longitude(frame.camera.position_m)
+        view.leaves = leaves_at(cover.season, float(latitude_deg))
+        view.forest = self._forest(cover, view.leaves)
         ground: Any = frame.world.try_resource(HEIGHT_FIELD)
         terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
         reach = float(self._settings["cover.reach_m"])
@@ -146,7 +154,7 @@ class CoverSystem(System):
                 near.clear()
         else:
             sea = None if ocean is None else ocean.sea_level_m
-            key = (ground, revision(cover), revision(terrain), sea)
+            key = (ground, of_cover, revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             growing = Growing.of(terrain, sea)
             for near in view.nears:
@@ -154,7 +162,7 @@ class CoverSystem(System):
                 near.refresh(key, direction, own, ground, growing, cover, terrain.seed, budget)
         view.gather()
         if not len(view.plants):
-            view.shadows.place(frame.camera.position_m, self._forest, view.sway, False)
+            view.shadows.place(frame.camera.position_m, view.forest, view.sway, False)
         found = _SeenKey(view.revision, frame.camera.stamp, reach)
         if found != view.key:
             view.key = found
@@ -174,16 +182,23 @@ class CoverSystem(System):
         above = height_m - ground.radius_m - float(ground.height(direction[None])[0])
         return above < reach_m + 2.0 * cover.height_m
 
-    def _use_colours(self, cover: Cover) -> None:
-        if self._colours == revision(cover):
+    def _use_colours(self, cover: Cover, of_cover: int) -> None:
+        if self._colours == of_cover:
             return
-        self._colours = revision(cover)
+        self._colours = of_cover
         colours = (cover.broadleaf_albedo, cover.conifer_albedo, cover.bark_albedo)
-        albedos = reflectance(np.array(colours), self._nm)
+        self._albedos = reflectance(np.array(colours), self._nm)
         for program in self._trees:
-            program.set("u_albedos", albedos.astype(np.float32))
-        tall = cover.grass_m / GRASS_GIVEN_M
-        self._forest = Forest(albedos[0], albedos[1], crowns(cover), cover.grass, tall, cover.flowers)
+            program.set("u_albedos", self._albedos.astype(np.float32))
+            program.set("u_autumn", self._autumn.astype(np.float32))
+
+    def _forest(self, cover: Cover, leaves: Leaves) -> Forest:
+        broadleaf, conifer, bark = self._albedos
+        turned = broadleaf + leaves.turned * (self._autumn.mean(axis=0) - broadleaf)
+        seen = turned + 0.9 * leaves.bare * (bark - turned)
+        hidden = crowns(cover) * (1.0 - TWIGS_OPEN * leaves.bare)
+        return Forest(seen, conifer, hidden, cover.grass, cover.grass_m / GRASS_GIVEN_M,
+                      cover.flowers * (1.0 - leaves.bare))  # fmt: skip
 
     def settled(self, view: View) -> bool:
         return all(near.complete for near in self._view(view).nears)
@@ -244,8 +259,10 @@ class CoverSystem(System):
             camera, on = frame.camera, bool(self._settings["cover.shadows"])
             if on:
                 reach = float(self._settings["cover.reach_m"])
-                view.shadows.draw(view.plants, view.revision, camera.position_m, frame.sun.direction, reach)
-            view.shadows.place(camera.position_m, self._forest, view.sway, on)
+                view.shadows.draw(
+                    view.plants, view.revision, camera.position_m, frame.sun.direction, reach, view.leaves.bare
+                )
+            view.shadows.place(camera.position_m, view.forest, view.sway, on)
             if not view.count:
                 return
             target.use()
@@ -256,6 +273,7 @@ class CoverSystem(System):
             for program, quads, first, end in zip(self._trees, self._quads, ends[:-1], ends[1:], strict=True):
                 if first < end:
                     program.set("u_first", first)
+                    program.set("u_season", tuple(view.leaves))
                     quads.render(moderngl.TRIANGLES, vertices=6, instances=end - first)
 
         return run

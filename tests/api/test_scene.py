@@ -57,6 +57,7 @@ VIEWS = [
     "treeline",
     "canopy",
     "grove",
+    "woodland",
 ]
 
 

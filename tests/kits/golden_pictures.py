@@ -269,6 +269,9 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),
     Picture("cover/meadow_mown", "woods", "meadow", GRASS_SIZE, {"cover.grass": 0.0}),
     Picture("cover/branch", "woods", "ground", GRASS_SIZE),
+    Picture("cover/woodland", "woods", "woodland", KNOB_SIZE),
+    Picture("cover/woodland_autumn", "woods", "woodland", KNOB_SIZE, {"cover.season": 0.79}),
+    Picture("cover/woodland_winter", "woods", "woodland", KNOB_SIZE, {"cover.season": 0.0}),
     Picture("cover/grove", "woods", "grove", KNOB_SIZE),
     Picture("cover/grove_unshaded", "woods", "grove", KNOB_SIZE, overrides={"cover.shadows": False}),
 )

@@ -14,6 +14,9 @@ const int CONIFER_STEPS = 9;          // into the cone
 const float CLUMPS = 1.9, CLUMPS_DEEP = 0.48;  // waves in a crown's radius; how far they shape a lobe's rim
 const float LEAF_ROWS = 4.0, NEEDLE_ROWS = 6.5, LEAF_LONG = 1.9;   // a tuft's width over a leaf's, over its length
 const float LEAF_PIXEL = 0.15;        // what a pixel spans of a tuft where its leaves show
+const float TWIGS = 0.30;             // share of a crown's tufts that leaves no twig behind
+const float TWIG_THIN = 60.0;
+const float BARK_FURROWS = 25.0;      // around a trunk
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
 const float LIMB = 0.009;             // of a limb
 const float CONIFER_FOOT = 0.07;      // height of the lowest branches
@@ -36,6 +39,7 @@ struct TreeRay {
     float size;       // of a tuft, but no less than a pixel shows
     float fine;       // 0: a pixel is wider than tufts
     float rows;       // of leaves in a tuft; 0: a pixel doesn't show them
+    float bare;       // 0..1: twigs without leaves
 };
 
 uint tree_mix(uint x) {
@@ -64,8 +68,9 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     normal = (1.8 * away + 0.6 * lies) * TUFT_LATTICE - 0.4 * r.ray;
     // Longer than wide.
     float across = dot(away, lies);
+    // Twigs are thinner than leaves.
     bool within = chance.x < dense
-        && dot(away, away) + 7.0 * r.fine * across * across < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
+        && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
 #ifdef TREE_LEAVES
     // So near that its leaves show: they stand along a stem, to both of its sides.
     vec3 side = normalize(lies - dot(lies, along) * along + 1e-4), stem = cross(along, side);
@@ -121,7 +126,7 @@ void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint
             float clump = tree_clump(place / r.radius, r.turn);
             float inside = 1.0 - dot(level, level) + CLUMPS_DEEP * (clump - 0.45);   // 0 where leaves begin
             // Sparse at the rim, closed within.
-            if (tree_tuft(r, place, clamp(0.12 + 1.2 * inside, 0.0, 0.9), seed, tuft)) {
+            if (tree_tuft(r, place, clamp(0.12 + 1.2 * inside, 0.0, 0.9) * (1.0 - TWIGS * r.bare), seed, tuft)) {
                 vec3 away = place - middle, share = away / vec3(r.radius, r.radius, 0.36);
                 vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
                 found = TreeHit(t, normalize(crown + (0.55 * r.fine) * tuft),
@@ -187,8 +192,10 @@ void tree_trunk(inout TreeHit found, TreeRay r, float height) {
     float t = (-b - sqrt(root)) / a, z = r.from.z + t * r.ray.z;
     if (t <= 0.0 || z < -0.05 || z > height) return;
     vec3 out_xy = normalize(vec3((r.from + t * r.ray).xy, 0.0));
-    // Furrows along it, rings of shade.
-    float furrow = tree_wave(4.0 * atan(out_xy.y, out_xy.x) + 3.0 * z);
+    // Furrows along it, which bend and end.
+    float around = BARK_FURROWS / (2.0 * PI) * atan(out_xy.y, out_xy.x);
+    float furrow = tree_wave(around + 0.35 * tree_wave(31.0 * z + 0.2 * around) + 3.0 * z)
+        * (0.55 + 0.45 * tree_wave(17.0 * z + 0.36 * around));
     found = TreeHit(t, out_xy, mix(0.7, 0.25, z / height) * (1.0 + 0.25 * furrow * r.fine), 1.0);
 }
 
@@ -206,14 +213,16 @@ void tree_limbs(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], float th
 }
 
 // from, ray: in the tree's space, ray 1 long. radius: of the crown. pixel: what a pixel spans there. leaf: size of a
-// tuft of leaves; lobes: as tree_lobes() has them.
+// tuft of leaves; lobes: as tree_lobes() has them; bare: share of leaves that have fallen.
 TreeHit tree_hit(
-    uint species, vec3 from, vec3 ray, float radius, float turn, vec4 lobes[TREE_LOBES], float pixel, float leaf
+    uint species, vec3 from, vec3 ray, float radius, float turn, vec4 lobes[TREE_LOBES], float pixel, float leaf,
+    float bare
 ) {
     TreeHit found = TreeHit(-1.0, vec3(0.0), 1.0, 0.0);
     bool conifer = species == TREE_CONIFER;
     TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0),
-        pixel < LEAF_PIXEL * leaf ? conifer ? NEEDLE_ROWS : LEAF_ROWS : 0.0);
+        pixel < LEAF_PIXEL * leaf ? conifer ? NEEDLE_ROWS : LEAF_ROWS : 0.0,
+        bare);
     tree_trunk(found, r, conifer ? 1.0 : 0.8);
     uint seed = floatBitsToUint(turn + 1.0);
     if (conifer) tree_conifer(found, r, seed);
