@@ -26,6 +26,7 @@ from ...engine.settings import revision
 from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
+from .felling import GROWS
 from .growth import Growing
 from .near import Near
 from .records import TREE_DTYPE, in_detail, seen
@@ -70,6 +71,14 @@ class _CoverView(ViewParts):
         revision = tuple(near.revision for near in self.nears)
         if revision != self.revision:
             self.plants, self.revision = Plants.of([near.plants for near in self.nears]), revision
+
+    def other_since(self, revision: tuple[int, ...]) -> Plants | None:
+        """As Near has it, of all layers."""
+        if len(revision) != len(self.nears):
+            return None
+        parts = [near.other_since(of) for near, of in zip(self.nears, revision, strict=True)]
+        known = [part for part in parts if part is not None]
+        return Plants.of(known) if len(known) == len(parts) else None
 
 
 class CoverSystem(System):
@@ -146,7 +155,7 @@ class CoverSystem(System):
                 near.clear()
         else:
             sea = None if ocean is None else ocean.sea_level_m
-            key = (ground, revision(cover), revision(terrain), sea)
+            key = (ground, revision(cover, *GROWS), revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             growing = Growing.of(terrain, sea)
             for near in view.nears:
@@ -175,9 +184,9 @@ class CoverSystem(System):
         return above < reach_m + 2.0 * cover.height_m
 
     def _use_colours(self, cover: Cover) -> None:
-        if self._colours == revision(cover):
+        if self._colours == revision(cover, *GROWS):
             return
-        self._colours = revision(cover)
+        self._colours = revision(cover, *GROWS)
         colours = (cover.broadleaf_albedo, cover.conifer_albedo, cover.bark_albedo)
         albedos = reflectance(np.array(colours), self._nm)
         for program in self._trees:
@@ -244,7 +253,8 @@ class CoverSystem(System):
             camera, on = frame.camera, bool(self._settings["cover.shadows"])
             if on:
                 reach = float(self._settings["cover.reach_m"])
-                view.shadows.draw(view.plants, view.revision, camera.position_m, frame.sun.direction, reach)
+                shadows, other = view.shadows, view.other_since(view.shadows.revision)
+                shadows.draw(view.plants, view.revision, camera.position_m, frame.sun.direction, reach, other)
             view.shadows.place(camera.position_m, self._forest, view.sway, on)
             if not view.count:
                 return
