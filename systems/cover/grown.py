@@ -42,7 +42,7 @@ class _Ground(GrowingGround, Protocol):
 
 
 class Grown:
-    """Trees and shrubs of a planet by place. They follow from the arguments alone; felled ones are as `fell` said last."""
+    """Trees and shrubs by place. They follow from the arguments alone; felled ones are as `fell` said last."""
 
     def __init__(self, ground: _Ground, growing: Growing, cover: Cover, seed: int) -> None:
         self._ground, self._growing, self._cover, self._seed = ground, growing, cover, seed
