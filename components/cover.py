@@ -4,9 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ._knob import Vec3, knob
+from .mask import mask_problem
 
 __all__ = ["Cover"]
 
@@ -46,3 +51,11 @@ class Cover:
         (0.031, 0.057, 0.024), 0.0, 1.0, "", "The same of conifers' needles", group="colours", widget="color"
     )
     bark_albedo: Vec3 = knob((0.10, 0.075, 0.055), 0.0, 1.0, "", "Colour of trunks", group="colours", widget="color")
+    felled: tuple[tuple[int, int, int, int, int], ...] = knob(
+        (), 0, 2**31 - 1, "", "Trees that a game has cut down, by their names; CoverSampler.fell() adds to them"
+    )
+    mask: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = knob(
+        None,
+        help="A game's function: unit directions (N, 3) to the share (N,), 0 to 1, of the trees that may grow there",
+        check=mask_problem,
+    )

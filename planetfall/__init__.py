@@ -81,9 +81,11 @@ if _TYPE_CHECKING:
     from .query.drainage import Drainage, River
     from .query.ocean import OceanSampler
     from .query.terrain import TerrainSampler
+    from .query.trunk_bodies import TrunkBodies
     from .query.water import Water
     from .render.host_light import sun_direction
     from .render.renderer import Renderer
+    from .systems.cover.mask import clearing, road
 
 # What pulls in OpenGL or much code is imported when it is first used: a program that only reads heights or presets
 # neither waits for it nor needs a GPU.
@@ -102,7 +104,9 @@ _LAZY = {
     "River": "query.drainage",
     "ShaderError": "errors",
     "TerrainSampler": "query.terrain",
+    "TrunkBodies": "query.trunk_bodies",
     "Water": "query.water",
+    "clearing": "systems.cover.mask",
     "expected_errors": "expected",
     "fly": "app.window",
     "has_display": "engine.hosts.window",
@@ -111,6 +115,7 @@ _LAZY = {
     "paths": "camera.flights",
     "photo": "capture.photos",
     "record": "capture.recording",
+    "road": "systems.cover.mask",
     "save_capture": "capture.captures",
     "sun_direction": "render.host_light",
 }
@@ -162,6 +167,7 @@ __all__ = [
     "Terrain",
     "TerrainSampler",
     "Transform",
+    "TrunkBodies",
     "UnknownNameError",
     "UnknownSettingError",
     "View",
@@ -170,6 +176,7 @@ __all__ = [
     "Wind",
     "World",
     "__version__",
+    "clearing",
     "direction",
     "expected_errors",
     "fly",
@@ -183,6 +190,7 @@ __all__ = [
     "planets",
     "qualities",
     "record",
+    "road",
     "save_capture",
     "sun_direction",
     "view",

@@ -2,7 +2,7 @@
 
 from .assign import PartRevision, assign_many, install, latest_revision, revision, with_overrides
 from .check import FieldRule, PresetError, SettingError, UnknownSettingError, check_value, rules_of
-from .presets import build_components, plain_table, read_toml, write_toml
+from .presets import build_components, functions_of, plain_table, read_toml, write_toml
 from .quality import QualityKnobs, Settings
 from .suggest import did_you_mean
 
@@ -18,6 +18,7 @@ __all__ = [
     "build_components",
     "check_value",
     "did_you_mean",
+    "functions_of",
     "install",
     "latest_revision",
     "plain_table",

@@ -9,7 +9,7 @@ import dataclasses
 import math
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Literal
@@ -53,8 +53,9 @@ class PresetError(SettingError):
 class FieldRule:
     """What one field accepts. knob: its metadata.
 
-    kind: "float", "int", "bool", "str", "vector" (length numbers), "tables" (instances of `table`, a frozen dataclass
-    with knobs of its own) or "list" (any number of components of one class, which is then the schema).
+    kind: "float", "int", "bool", "str", "vector" (length numbers), "rows" (any number of rows of length whole numbers),
+    "function" (which no file can hold), "tables" (instances of `table`, a frozen dataclass with knobs of its own) or
+    "list" (any number of components of one class, which is then the schema).
     """
 
     name: str
@@ -73,6 +74,11 @@ class FieldRule:
             text = "true or false"
         elif self.kind == "list":
             text = f"a list of {self.schema.__name__}"
+        elif self.kind == "function":
+            text = "a function"
+        elif self.kind == "rows":
+            low, high = format_number(self.knob.low), format_number(self.knob.high)
+            text = f"rows of {self.length} whole numbers from {low} to {high}"
         elif self.kind == "str":
             choices = self.knob.choices
             text = f"one of {', '.join(map(repr, choices))}" if choices else "a text"
@@ -137,6 +143,12 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
         schema = tuple[(Annotated[float, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]
         if knob.widget == "place":
             schema = _PLACE
+    elif typing.get_origin(hint) is Callable and optional:
+        kind, schema = "function", None
+    elif _row_length(hint):
+        kind, length = "rows", _row_length(hint)
+        row = tuple[(Annotated[int, msgspec.Meta(**limits)],) * length]  # type: ignore[misc]
+        schema = tuple[row, ...]  # type: ignore[valid-type]
     elif _is_list(hint):
         kind, schema = "list", typing.get_args(hint)[0]
         rules_of(schema)
@@ -145,10 +157,19 @@ def _rule(cls: type, name: str, hint: Any, knob: Any, default: Any) -> FieldRule
         rules_of(table)
     else:
         raise TypeError(
-            f"{cls.__name__}.{name}: knobs are float, int, bool, str, tuples of float or tuple[component, ...], "
-            f"found {hint}"
+            f"{cls.__name__}.{name}: knobs are float, int, bool, str, tuples of float, tuple[tuple[int, int], ...], "
+            f"tuple[component, ...] or Callable | None, found {hint}"
         )
     return FieldRule(name, kind, length, optional, knob, default, schema, table)
+
+
+def _row_length(hint: Any) -> int:
+    """Of a tuple[tuple[int, int], ...], 2; of anything else 0."""
+    parts = typing.get_args(hint)
+    if typing.get_origin(hint) is not tuple or parts[1:] != (Ellipsis,) or typing.get_origin(parts[0]) is not tuple:
+        return 0
+    inner = typing.get_args(parts[0])
+    return len(inner) if set(inner) == {int} else 0
 
 
 def _is_list(hint: Any) -> bool:
@@ -171,6 +192,12 @@ def check_value(rule: FieldRule, value: object, where: str) -> Any:
         return _checked_list(rule, value, where)
     if rule.kind == "tables":
         return _checked(rule, _tables(rule, value, where), where)
+    if rule.kind == "function":
+        if not callable(value):
+            raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Assign one in Python")
+        return _checked(rule, value, where)
+    if rule.kind == "rows":
+        return _checked(rule, _rows(rule, value, where), where)
     plain = _plain(rule, value)
     try:
         checked = msgspec.convert(plain, rule.schema)
@@ -190,6 +217,29 @@ def _checked(rule: FieldRule, value: object, where: str) -> object:
     if wrong:
         raise SettingError(f"{where}: {wrong}")
     return value
+
+
+def _rows(rule: FieldRule, value: object, where: str) -> tuple[tuple[int, ...], ...]:
+    """A list of rows or an array (N, length) of whole numbers, as tuples."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    try:
+        return msgspec.convert(value, rule.schema)
+    except msgspec.ValidationError:
+        pass
+    if not isinstance(value, list | tuple):
+        raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Give a list of rows")
+    # Rows may be arrays of numpy's, whose numbers are no int; and what is wrong has a place.
+    plain = [np.asarray(row).tolist() if isinstance(row, np.ndarray | list | tuple) else row for row in value]
+    for number, row in enumerate(plain):
+        try:
+            msgspec.convert([row], rule.schema)
+        except msgspec.ValidationError:
+            whole = (
+                f"{rule.length} whole numbers from {format_number(rule.knob.low)} to {format_number(rule.knob.high)}"
+            )
+            raise SettingError(f"{where}[{number}]: expected {whole}, found {_shown(value[number])}") from None
+    return msgspec.convert(plain, rule.schema)
 
 
 def _tables(rule: FieldRule, value: object, where: str) -> tuple[object, ...]:

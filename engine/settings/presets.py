@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import tempfile
 from collections.abc import Mapping
@@ -15,7 +16,7 @@ import tomli_w
 from .check import PresetError, SettingError, check_value, rules_of
 from .suggest import did_you_mean
 
-__all__ = ["build_components", "plain_table", "read_toml", "write_toml"]
+__all__ = ["build_components", "functions_of", "plain_table", "read_toml", "write_toml"]
 
 
 def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -121,16 +122,28 @@ def _build(cls: type, values: Mapping[str, Any], table: str, problems: list[str]
 
 
 def plain_table(component: object) -> dict[str, Any]:
-    """The component's knobs as a TOML table. What is None is left out; reading it back gives an equal component."""
+    """The component's knobs as a TOML table, without those that are None and without functions (`functions_of`).
+    Reading it back gives an equal component but for the latter."""
     table: dict[str, Any] = {}
     for name, rule in rules_of(type(component)).items():
         value = getattr(component, name)
         if rule.kind in ("tables", "list"):
             if value:
                 table[name] = [plain_table(item) for item in value]
-        elif value is not None:
+        elif rule.kind == "rows":
+            if value:
+                table[name] = [list(row) for row in value]
+        elif value is not None and rule.kind != "function":
             table[name] = list(value) if isinstance(value, tuple) else value
     return table
+
+
+def functions_of(component: object) -> list[str]:
+    """Names such as "Cover.mask" of its knobs that hold a function, which no file can."""
+    kind = type(component)
+    rules = rules_of(kind).values() if dataclasses.is_dataclass(kind) else ()
+    found = [rule.name for rule in rules if rule.kind == "function" and getattr(component, rule.name) is not None]
+    return [f"{kind.__name__}.{name}" for name in found]
 
 
 def _listing(file: str | os.PathLike[str], problems: list[str]) -> str:

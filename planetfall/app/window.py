@@ -37,6 +37,7 @@ from .keys import act
 from .pace import Pace, check_frame_cap
 from .planets import FlightPlanets, first_camera
 from .shown import Shown
+from .trunks import FlightTrunks
 
 if TYPE_CHECKING:
     from ..engine.input import InputState
@@ -114,6 +115,7 @@ class FlightApp:
         start = self._start.in_scene(scene)
         self._start_sun = sun or start.sun
         self.sea = SeaSurface(scene)
+        self.trunks = FlightTrunks()
         self.planets = FlightPlanets(self)
         pose = Pose(start.pose.position_m, start.pose.forward, start.pose.up, start.optics.fov_y_deg)
         self.pilot = Pilot(Ground(scene.planet.radius_m), pose, water=self.sea.height)
@@ -263,6 +265,8 @@ class FlightApp:
         ground.radius_m = planet.radius_m
         ground.field = self.planets.height_field()
         ground.sea_level_m = None if ocean is None else ocean.sea_level_m
+        on_foot = self.pilot.mode == "walk"
+        self.pilot.walker.obstacles = self.trunks.on(planet, ground.field) if on_foot else None
 
     def _failed(self, error: Exception, visible: bool) -> None:
         """Keep the window: say what happened, and try again with the next frame."""

@@ -91,6 +91,8 @@ def _tables(components: Mapping[str, Any], file: Path) -> Iterator[str]:
 def _knobs(component: Any, file: Path) -> Iterator[str]:
     values = plain_table(component)
     for name, rule in rules_of(type(component)).items():
+        if rule.kind == "function":
+            continue
         if rule.knob.widget == "path" and values.get(name):
             values[name] = _beside(Path(values[name]), file)
         said = " ".join(part for part in (_sentence(rule.knob.help), _sentence(f"Expected: {rule.expected}")) if part)

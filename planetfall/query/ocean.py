@@ -15,7 +15,7 @@ from ..engine.world import MissingError
 from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField
 from ..systems.winds import blown
-from .terrain import checked_directions
+from .arguments import checked_directions
 
 if TYPE_CHECKING:
     from ..scene.scene import PlanetHandle, Scene

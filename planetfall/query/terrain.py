@@ -17,6 +17,15 @@ from ..systems.terrain.drainage.network import CELLS, Network
 from ..systems.terrain.drainage.stored import network_of, rain_grid_of
 from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField, TerrainParams
+from .arguments import (
+    checked_directions,
+    checked_frame,
+    checked_lengths,
+    checked_pairs,
+    checked_points,
+    finite_lengths,
+    not_the_middle,
+)
 from .climate import Climate, climate_at
 from .drainage import Drainage, climate_params, drainage_at
 from .patch import MOST_POINTS, TerrainPatch, aligned_patch, lattice_size, tangent_patch
@@ -106,8 +115,10 @@ class TerrainSampler:
         Distances are exact to less than a micrometre. Rays that graze a crest may miss a sliver of it, 1 mm
         long or a ten-millionth of their way.
         """
-        origins, rays = _pairs("origins_m", origins_m, "directions", checked_directions("directions", directions))
-        reach = _numbers("max_distance_m", max_distance_m, len(origins))
+        origins, rays = checked_pairs(
+            "origins_m", origins_m, "directions", checked_directions("directions", directions)
+        )
+        reach = checked_lengths("max_distance_m", max_distance_m, len(origins))
         return height_rays.raycast(self._field, origins, rays, reach)
 
     def sphere_contact(self, centers_m: ArrayLike, radii_m: ArrayLike) -> tuple[Floats, Floats]:
@@ -116,8 +127,8 @@ class TerrainSampler:
         The depth is that of the nearest ground while a sphere is about as near as its radius; further up it is the
         height above the ground.
         """
-        centers = _not_the_middle("centers_m", _points("centers_m", centers_m))
-        return height_march.contact(self._field, centers, _finite("radii_m", radii_m, len(centers)))
+        centers = not_the_middle("centers_m", checked_points("centers_m", centers_m))
+        return height_march.contact(self._field, centers, finite_lengths("radii_m", radii_m, len(centers)))
 
     def sweep(
         self, start_m: ArrayLike, end_m: ArrayLike, radius_m: ArrayLike
@@ -126,9 +137,9 @@ class TerrainSampler:
 
         The fraction is 1 where nothing is hit and 0 where the start touches already; contact is within 1 mm.
         """
-        start, end = _pairs("start_m", start_m, "end_m", end_m)
-        _not_the_middle("start_m", start)
-        return height_march.sweep(self._field, start, end, _finite("radius_m", radius_m, len(start)))
+        start, end = checked_pairs("start_m", start_m, "end_m", end_m)
+        not_the_middle("start_m", start)
+        return height_march.sweep(self._field, start, end, finite_lengths("radius_m", radius_m, len(start)))
 
     def drainage(self, directions: ArrayLike) -> Drainage:
         """Where water goes in directions (N, 3), by the broad shape of the ground: in cells of 12 km on Earth.
@@ -204,7 +215,7 @@ class TerrainSampler:
             )
         if size_m > self.radius_m:
             raise ValueError(f"patch: size_m={size_m!r} is above the planet's radius {self.radius_m!r}; lower it")
-        place = _frame(frame)
+        place = checked_frame(frame)
         if aligned:
             return aligned_patch(self._field, up[0], size_m, spacing_m, border, place, normals)
         return tangent_patch(self._field, up[0], size_m, count, place, normals)
@@ -215,85 +226,9 @@ def _check_grid(size_m: float, spacing_m: float) -> None:
         raise ValueError(f"patch: expected 0 < spacing_m <= size_m, found size_m={size_m!r}, spacing_m={spacing_m!r}")
 
 
-def _frame(frame: TerrainPatch | tuple[ArrayLike, ArrayLike] | None) -> tuple[Floats, Floats] | None:
-    if frame is None:
-        return None
-    try:
-        origin, axes = (frame.origin_m, frame.axes) if isinstance(frame, TerrainPatch) else frame
-    except (TypeError, ValueError):
-        raise ValueError(f"frame: expected a TerrainPatch or (origin_m, axes), found {frame!r}") from None
-    turned = _points("frame axes", axes)
-    if turned.shape != (3, 3) or np.abs(turned @ turned.T - np.eye(3)).max() > 1e-9:
-        raise ValueError(f"frame: expected (origin_m, axes) with orthonormal rows, found axes {turned.tolist()}")
-    return _points("frame origin_m", origin)[0], turned
-
-
-def _floats(name: str, values: ArrayLike) -> Floats:
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name}: expected real numbers, all rows equally long, found {values!r:.80}") from None
-
-
-def _points(name: str, values: ArrayLike) -> Floats:
-    points = np.atleast_2d(_floats(name, values))
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"{name}: expected vectors of shape (N, 3), found shape {np.shape(values)}")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if bad.size:
-        raise ValueError(f"{name}[{bad[0]}]: expected finite numbers, found {points[bad[0]].tolist()}")
-    return points
-
-
 def _sea_level_m(handle: Any) -> float | None:
     """Of anything with components; None without a sea."""
     try:
         return float(handle[Ocean].sea_level_m)
     except (KeyError, MissingError):
         return None
-
-
-def checked_directions(name: str, values: ArrayLike) -> Floats:
-    """Unit vectors (N, 3) of directions (N, 3) or (3,); ValueError that names the argument and the index."""
-    vectors = _points(name, values)
-    largest = np.abs(vectors).max(axis=1, initial=0.0)
-    bad = np.flatnonzero(largest == 0.0)
-    if bad.size:
-        raise ValueError(f"{name}[{bad[0]}]: expected a direction, found the zero vector")
-    vectors = vectors / largest[:, None]  # so that squares neither overflow nor vanish
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
-
-
-def _not_the_middle(name: str, points: Floats) -> Floats:
-    """The points (N, 3) themselves; ValueError for one at the planet's centre, from which no way is up."""
-    middle = np.flatnonzero(~points.any(axis=1))
-    if middle.size:
-        raise ValueError(f"{name}[{middle[0]}]: no ground is nearest to the planet's centre; give another place")
-    return points
-
-
-def _pairs(name: str, values: ArrayLike, other_name: str, others: ArrayLike) -> tuple[Floats, Floats]:
-    a, b = _points(name, values), _points(other_name, others)
-    if len(a) != len(b) and 1 not in (len(a), len(b)):
-        raise ValueError(f"{name} and {other_name}: expected the same number of vectors, found {len(a)} and {len(b)}")
-    count = max(len(a), len(b)) if len(a) and len(b) else 0
-    return tuple(np.array(np.broadcast_to(v, (count, 3))) for v in (a, b))  # type: ignore[return-value]
-
-
-def _numbers(name: str, values: ArrayLike, count: int) -> Floats:
-    numbers = _floats(name, values)
-    if numbers.ndim > 1 or (numbers.ndim == 1 and len(numbers) not in (1, count)):
-        raise ValueError(f"{name}: expected one number or {count}, found shape {numbers.shape}")
-    numbers = np.array(np.broadcast_to(numbers, (count,)))
-    bad = np.flatnonzero(~(numbers >= 0.0))
-    if bad.size:
-        raise ValueError(f"{name}[{bad[0]}]: expected a number of metres from 0 up, found {numbers[bad[0]]}")
-    return numbers
-
-
-def _finite(name: str, values: ArrayLike, count: int) -> Floats:
-    numbers = _numbers(name, values, count)
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        raise ValueError(f"{name}[{bad[0]}]: expected a finite number of metres, found {numbers[bad[0]]}")
-    return numbers

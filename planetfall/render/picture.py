@@ -15,7 +15,7 @@ from ..camera.arguments import check_moment, check_size
 from ..engine.frame.gbuffer import Surface
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
 from ..engine.wavelengths import wavelengths_of
-from ..query.terrain import checked_directions
+from ..query.arguments import checked_directions
 from ..scene.companions import bodies
 from .drawn_camera import CameraResolver
 from .drawn_view import LDR, DrawnView

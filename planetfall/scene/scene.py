@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Atmosphere, Clouds, Composite, Exposure, Ocean, Orbit, Planet, Shape, Sun, Terrain, Transform
-from ..engine.settings import did_you_mean, plain_table, write_toml
+from ..engine.settings import did_you_mean, functions_of, plain_table, write_toml
 from ..engine.world import MissingError, World
 from ..errors import SceneError, UnknownNameError
 from .checks import cloud_problems, planet_problems
@@ -281,6 +281,14 @@ class Scene:
         left_out = sorted({type(c).__name__ for h in handles for c in h.components()} - {k.__name__ for k in known})
         if left_out:
             log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(left_out))
+        bodies = [companion.scene.planet for companion in self.companions.values()]
+        functions = [name for handle in (*handles, *bodies) for c in handle.components() for name in functions_of(c)]
+        if functions:
+            log.warning(
+                "%s: not saved, as no file can hold a function: %s; assign it again after load_scene",
+                path,
+                ", ".join(functions),
+            )
         write_toml(path, data)
 
     # -- life ---------------------------------------------------------------------------------------------------------

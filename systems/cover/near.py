@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ...components import Cover
 from ...engine.surface.lattice import FULL_BITS, cell_edge_m, cell_of, direction_of
+from .felling import Felled
 from .growth import Growing, GrowingGround
 from .stand import TREES, Layer, Plants, Plot, plants_in, plot_level
 
@@ -18,6 +19,8 @@ Floats = NDArray[np.float64]
 
 _WIDE_RAD = 0.7
 """A wider circle, as on an asteroid, is looked for among all plots of the planet."""
+_FELLINGS = 8
+"""How many are remembered one by one."""
 _AT_ONCE = 4
 """Plots made together: as many again take 2 to 5 ms."""
 
@@ -46,7 +49,8 @@ def plots_within(direction: Floats, angle_rad: float, level: int) -> list[Plot]:
 
 
 class Near:
-    """A layer's plants in the plots near a place. What they follow from is `key`: another one forgets them all."""
+    """A layer's plants in the plots near a place. What they follow from is `key`: another one forgets them all. Felled
+    ones are no part of it: `plants` are those that still stand."""
 
     def __init__(self, layer: Layer = TREES) -> None:
         self.layer = layer
@@ -56,6 +60,10 @@ class Near:
         self.plants = Plants.of([])
         self.complete = False
         self._plots: dict[Plot, Plants] = {}
+        self._standing: dict[Plot, Plants] = {}
+        self._felled = Felled()
+        self._fellings: list[tuple[int, Plants]] = []
+        """Trees that were felled or put up again, and the revision from then on; all since that of another change"""
         self._at: Plot | None = None
         self._wanted: list[Plot] = []
 
@@ -75,6 +83,8 @@ class Near:
         if key != self.key:
             self.key, self._at = key, None
             self._plots.clear()
+            self._standing.clear()
+        other = self._fell(cover)
         face, i, j = cell_of(direction, level)
         at = Plot(int(face), level, int(i), int(j))
         changed = False
@@ -85,7 +95,7 @@ class Near:
             self._wanted = plots_within(direction, angle, level)
             gone = self._plots.keys() - set(self._wanted)
             for plot in gone:
-                del self._plots[plot]
+                del self._plots[plot], self._standing[plot]
             changed = bool(gone)
             self.complete = False
         if not self.complete:
@@ -93,12 +103,38 @@ class Near:
             missing = [plot for plot in self._wanted if plot not in self._plots]
             while missing and (budget_ms is None or (time.perf_counter() - began) * 1e3 < budget_ms):
                 some, missing = missing[:_AT_ONCE], missing[_AT_ONCE:]
-                self._plots.update(zip(some, plants_in(some, ground, growing, cover, seed, self.layer), strict=True))
+                for plot, grown in zip(some, plants_in(some, ground, growing, cover, seed, self.layer), strict=True):
+                    self._plots[plot], self._standing[plot] = grown, self._felled.standing(plot, grown)
                 changed = True
             self.complete = not missing
-        if changed or self.key is None:
-            self.plants = Plants.of(list(self._plots.values()))
+        if changed or len(other) or self.key is None:
+            self.plants = Plants.of(list(self._standing.values())) if changed else self._without(other)
             self.revision += 1
+            self._fellings = [] if changed else [*self._fellings[-_FELLINGS:], (self.revision, other)]
+
+    def _without(self, other: Plants) -> Plants:
+        """`plants` after trees were felled or put up again: to leave a few out is quicker than to join all plots."""
+        stay = np.ones(len(self.plants), bool)
+        for name in other.names[:_FELLINGS]:
+            stay &= (self.plants.names != name).any(axis=1)
+        all_gone = len(other) <= _FELLINGS and len(stay) - np.count_nonzero(stay) == len(other)
+        return self.plants.only(np.flatnonzero(stay)) if all_gone else Plants.of(list(self._standing.values()))
+
+    def other_since(self, revision: int) -> Plants | None:
+        """The plants that were felled, or put up again, since a revision, if nothing else has changed; else None."""
+        if revision != self.revision and revision + 1 not in [of for of, _ in self._fellings]:
+            return None
+        return Plants.of([other for of, other in self._fellings if of > revision])
+
+    def _fell(self, cover: Cover) -> Plants:
+        """Follow Cover.felled; the trees that stood and do no more, or the other way round."""
+        other = []
+        for plot in self._felled.refresh(cover.felled) & self._plots.keys():
+            grown, stood = self._plots[plot], self._standing[plot]
+            self._standing[plot] = stands = self._felled.standing(plot, grown)
+            both = np.isin(grown.names[:, 4], stood.names[:, 4]) ^ np.isin(grown.names[:, 4], stands.names[:, 4])
+            other.append(grown.only(both))
+        return Plants.of(other)
 
     def clear(self) -> None:
         """No trees."""
@@ -106,4 +142,6 @@ class Near:
             self.plants = Plants.of([])
             self.revision += 1
         self._plots.clear()
+        self._standing.clear()
+        self._fellings = []
         self._at, self.complete = None, True

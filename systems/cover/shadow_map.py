@@ -1,4 +1,8 @@
-"""The map of the trees' shadows: how far towards the sun their highest leaves lie, seen from it."""
+"""The map of the trees' shadows: how far towards the sun their highest leaves lie, seen from it.
+
+It is drawn whole when the sun or the camera moves on, or plots come and go. Where single trees were felled, only the
+parts of it that held them are drawn anew.
+"""
 
 from __future__ import annotations
 
@@ -58,6 +62,8 @@ REACH_M = 600.0
 _STEP = 0.08
 """Share of its reach that the camera may move before the map follows."""
 _NONE_M = -1e9
+_FEW = 16
+"""Trees that are cut out of the map one by one; of more the whole map is drawn anew."""
 
 
 class ShadowMap:
@@ -74,10 +80,13 @@ class ShadowMap:
         self._trees = GrowingBuffer(gpu, TREE_DTYPE.itemsize)
         self.block = gpu.uniform_block(CoverMapBlock, COVER_BLOCK)
         self._key: object = None
+        self.revision: tuple[int, ...] = ()
+        """Of the plants that it shows"""
+        self._up: Floats = np.array([0.0, 0.0, 1.0])
         self.middle_m: Floats = np.zeros(3)
         self.axes: Floats = np.eye(3)
         """Rows: across the map, and to the sun"""
-        self.half_m = 1.0
+        self.half_m, self._bare = 1.0, 0.0
 
     @property
     def texel_m(self) -> float:
@@ -106,37 +115,74 @@ class ShadowMap:
         )
 
     def draw(
-        self, plants: Plants, revision: tuple[int, ...], camera_m: Floats, sun: Floats, reach_m: float, bare: float
+        self,
+        plants: Plants,
+        revision: tuple[int, ...],
+        camera_m: Floats,
+        sun: Floats,
+        reach_m: float,
+        bare: float = 0.0,
+        other: Plants | None = None,
     ) -> bool:
         """Bring the map up to date; whether it had to be drawn. camera_m: planet-centred; sun: unit, to it; bare: share
-        of broadleaves' leaves that have fallen."""
+        of broadleaves' leaves that have fallen. other: what alone has been felled, or stands again, since the revision
+        that the map shows; None for all kinds of changes."""
         half = min(reach_m, REACH_M)
         moved = np.linalg.norm(camera_m - self.middle_m) > _STEP * half
-        key = (revision, tuple(np.round(sun, 5)), half, round(bare, 2))
+        key, self._bare = (tuple(np.round(sun, 5)), half, round(bare, 2)), bare
         if key == self._key and not moved:
-            return False
-        self._key, self.half_m, self.middle_m = key, half, camera_m.copy()
-        up = camera_m / np.linalg.norm(camera_m)
+            if revision == self.revision:
+                return False
+            if other is not None and len(other) <= _FEW:
+                self.revision = revision
+                self._draw_parts(plants, other)
+                return True
+        self._key, self.revision, self.half_m, self.middle_m = key, revision, half, camera_m.copy()
+        self._up = up = camera_m / np.linalg.norm(camera_m)
         x = np.cross(up, sun)
         if float(x @ x) < 1e-8:
             x = np.cross(np.eye(3)[int(np.argmin(np.abs(up)))], sun)
         x /= np.linalg.norm(x)
         self.axes = np.stack([x, np.cross(sun, x), sun])
-        offset = plants.positions_m - camera_m
-        size = plants.heights_m + plants.radii_m
-        near = (np.abs(offset @ self.axes[0]) < half + size) & (np.abs(offset @ self.axes[1]) < half + size)
-        rows = tree_records(plants.only(near), camera_m)
-        self._trees.write(rows)
         self._framebuffer.use()
+        self._draw(plants, (0, 0, self.texels, self.texels))
+        return True
+
+    def _draw_parts(self, plants: Plants, other: Plants) -> None:
+        """Draw anew what held other trees."""
+        target: Any = self._framebuffer  # its type does not know that None turns the scissor off
+        target.use()
+        place, size = self._places(other)
+        low = np.clip(np.floor((place - size[:, None] + self.half_m) / self.texel_m), 0, self.texels).astype(int)
+        high = np.clip(np.ceil((place + size[:, None] + self.half_m) / self.texel_m), 0, self.texels).astype(int)
+        for (x, y), (width, height) in zip(low.tolist(), (high - low).tolist(), strict=True):
+            if width > 0 and height > 0:
+                target.scissor = (x, y, width, height)
+                self._draw(plants, (x, y, width, height))
+        target.scissor = None
+
+    def _draw(self, plants: Plants, part: tuple[int, int, int, int]) -> None:
+        """Draw the trees that reach into a part of the map: its corner, width and height, in texels."""
+        place, size = self._places(plants)
+        low = np.array(part[:2]) * self.texel_m - self.half_m - size[:, None]
+        high = (np.array(part[:2]) + part[2:]) * self.texel_m - self.half_m + size[:, None]
+        near = np.flatnonzero(((place > low) & (place < high)).all(axis=1))
+        rows = tree_records(plants.only(near), self.middle_m)
+        self._trees.write(rows)
         self._state.apply()
-        self._framebuffer.clear(_NONE_M, 0.0, 0.0, 0.0, depth=0.0)
+        self._framebuffer.clear(_NONE_M, 0.0, 0.0, 0.0, depth=0.0, viewport=part)
         if len(rows):
             self._trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
-            for name, value in (("u_x", self.axes[0]), ("u_y", self.axes[1]), ("u_sun", sun), ("u_up", up)):
+            x, y, sun = self.axes
+            for name, value in (("u_x", x), ("u_y", y), ("u_sun", sun), ("u_up", self._up)):
                 self._program.set(name, tuple(value))
-            self._program.set("u_per_m", 1.0 / half)
-            self._program.set("u_bare", bare)
+            self._program.set("u_per_m", 1.0 / self.half_m)
+            self._program.set("u_bare", self._bare)
             self._program.set("u_texel_m", self.texel_m)
-            self._program.set("u_deep_m", 8.0 * half)
+            self._program.set("u_deep_m", 8.0 * self.half_m)
             self._quad.render(vertices=6, instances=len(rows))
-        return True
+
+    def _places(self, plants: Plants) -> tuple[Floats, Floats]:
+        """Where the feet of trees (N, 2) are on the map, from its middle; and how far (N,) no tree reaches from it."""
+        place = (plants.positions_m - self.middle_m) @ self.axes[:2].T
+        return place, 1.1 * (plants.heights_m + plants.radii_m)

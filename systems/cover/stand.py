@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Cover
+from ...components.mask import mask_share
 from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
 from .chance import draws, patches
 from .growth import Growing, GrowingGround, ramp
@@ -155,6 +156,8 @@ def plants_in(
     names = np.stack([face, np.full_like(face, level), i, j, number + layer.first], axis=1)
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
     dry = (height > growing.lowest_m) & ~ground.is_wet(direction, height - _BANK_M)
+    if cover.mask is not None and len(direction):
+        dry &= chance[2] < share[on] * mask_share(cover.mask, direction)
     return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]
 
 

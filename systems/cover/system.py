@@ -27,6 +27,7 @@ from ...engine.space.axes import latitude_longitude
 from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
+from .felling import GROWS
 from .growth import Growing
 from .near import Near
 from .records import TREE_DTYPE, in_detail, seen
@@ -38,6 +39,7 @@ from .sway import STILL, sway_at
 __all__ = ["CoverSystem"]
 
 _PLACE, _MAP = "cover.place", "cover.map"
+_COLOURS = ("broadleaf_albedo", "conifer_albedo", "bark_albedo")
 _SHRUBS_M = 200.0
 """How far shrubs are drawn."""
 GRASS_GIVEN_M = 0.3
@@ -73,6 +75,14 @@ class _CoverView(ViewParts):
         revision = tuple(near.revision for near in self.nears)
         if revision != self.revision:
             self.plants, self.revision = Plants.of([near.plants for near in self.nears]), revision
+
+    def other_since(self, revision: tuple[int, ...]) -> Plants | None:
+        """As Near has it, of all layers."""
+        if len(revision) != len(self.nears):
+            return None
+        parts = [near.other_since(of) for near, of in zip(self.nears, revision, strict=True)]
+        known = [part for part in parts if part is not None]
+        return Plants.of(known) if len(known) == len(parts) else None
 
 
 class CoverSystem(System):
@@ -133,10 +143,10 @@ class CoverSystem(System):
 
     def update(self, frame: Frame) -> None:
         view, component = self._view(frame.view), frame.world.get(frame.planet, Cover)
-        cover, of_cover = with_overrides(component, "cover", frame.settings), revision(component)
+        cover = with_overrides(component, "cover", frame.settings)
         view.frame = frame
         view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
-        self._use_colours(cover, of_cover)
+        self._use_colours(cover, revision(component, *_COLOURS))
         latitude_deg, _ = latitude_longitude(frame.camera.position_m)
         view.leaves = leaves_at(cover.season, float(latitude_deg))
         view.forest = self._forest(cover, view.leaves)
@@ -154,7 +164,7 @@ class CoverSystem(System):
                 near.clear()
         else:
             sea = None if ocean is None else ocean.sea_level_m
-            key = (ground, of_cover, revision(terrain), sea)
+            key = (ground, revision(component, *GROWS), revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             growing = Growing.of(terrain, sea)
             for near in view.nears:
@@ -182,11 +192,11 @@ class CoverSystem(System):
         above = height_m - ground.radius_m - float(ground.height(direction[None])[0])
         return above < reach_m + 2.0 * cover.height_m
 
-    def _use_colours(self, cover: Cover, of_cover: int) -> None:
-        if self._colours == of_cover:
+    def _use_colours(self, cover: Cover, changed: int) -> None:
+        if self._colours == changed:
             return
-        self._colours = of_cover
-        colours = (cover.broadleaf_albedo, cover.conifer_albedo, cover.bark_albedo)
+        self._colours = changed
+        colours = tuple(getattr(cover, name) for name in _COLOURS)
         self._albedos = reflectance(np.array(colours), self._nm)
         for program in self._trees:
             program.set("u_albedos", self._albedos.astype(np.float32))
@@ -259,9 +269,9 @@ class CoverSystem(System):
             camera, on = frame.camera, bool(self._settings["cover.shadows"])
             if on:
                 reach = float(self._settings["cover.reach_m"])
-                view.shadows.draw(
-                    view.plants, view.revision, camera.position_m, frame.sun.direction, reach, view.leaves.bare
-                )
+                sun, bare = frame.sun.direction, view.leaves.bare
+                shadows, other = view.shadows, view.other_since(view.shadows.revision)
+                shadows.draw(view.plants, view.revision, camera.position_m, sun, reach, bare, other)
             view.shadows.place(camera.position_m, view.forest, view.sway, on)
             if not view.count:
                 return

@@ -12,7 +12,7 @@ from .pilot import MODES, Mode, Pilot, Steering
 from .profile import GroundProfile, HeightLike
 from .remap import LOOKING, TWO_SIDED, Catch, rebind, rivals
 from .ship import FlightInput, ShipFlight, ShipLimits
-from .walk import WalkFlight, WalkLimits
+from .walk import Obstacles, WalkFlight, WalkLimits
 
 __all__ = [
     "ACTIONS",
@@ -34,6 +34,7 @@ __all__ = [
     "KeyFrame",
     "KeyFramePath",
     "Mode",
+    "Obstacles",
     "OrbitFlight",
     "OrbitInput",
     "OrbitLimits",

@@ -15,10 +15,14 @@ from .ship import FlightInput
 
 WaterHeight = Callable[[Vector], float]
 """Height in m above the reference sphere of the sea's surface, waves included, at a unit direction."""
+Obstacles = Callable[[Vector, Vector], tuple[Vector, Vector]]
+"""Depths (N,) of spheres, centres (N, 3) and radii (N,), in what stands in the way, and normals (N, 3) out of it."""
 
 _EARTH_RADIUS_M = 6.371e6
 _HIGHEST_WAVE_M = 100.0
 """No wave, not the highest freak wave on record (32 m), wets feet that are so much higher."""
+_PUSHES = 3
+"""Between two trunks that touch, one pushes into the other."""
 _STEEPEST_LOOK_RAD = math.radians(89.0)
 
 
@@ -35,7 +39,9 @@ class WalkLimits:
     slope_deg: float = 50.0
     """Steeper ground can't be climbed, and is slid down."""
     body_m: float = 0.35
-    """Half the width of the body: slopes are those between its sides."""
+    """Half the width of the body: slopes are those between its sides, and it keeps so far from trunks."""
+    waist_m: float = 1.0
+    """Height above the feet at which trunks are met."""
     jump_m: float = 1.1
     """How high a jump lifts the feet."""
     float_m: float = 1.45
@@ -51,7 +57,8 @@ class WalkLimits:
 class WalkFlight:
     """A walker's eye over one planet. `place` sets it down on the ground below, or into the sea.
 
-    water: the sea's surface now (None: calm at the ground's sea_level_m). Gravity is that of a body as dense as Earth,
+    water: the sea's surface now (None: calm at the ground's sea_level_m). obstacles: what is walked around, such as
+    trunks; it slides along them. Gravity is that of a body as dense as Earth,
     9.81 m/s^2 by the radius.
     """
 
@@ -63,8 +70,10 @@ class WalkFlight:
         *,
         limits: WalkLimits | None = None,
         water: WaterHeight | None = None,
+        obstacles: Obstacles | None = None,
     ) -> None:
         self.ground, self.limits, self.water = ground, limits or WalkLimits(), water
+        self.obstacles = obstacles
         self.velocity_m_s: Vector = np.zeros(3)
         self.place(position_m, forward)
 
@@ -171,7 +180,7 @@ class WalkFlight:
     def _go(self, level: Vector, climb: float, here: float, dt_s: float) -> None:
         limits, up = self.limits, self._up
         away = self.ground.radius_m + self._foot_m
-        there = unit(up * away + level * dt_s)
+        there, level = self._around_trunks(unit(up * away + level * dt_s), level)
         ground = self._ground_at(there)
         if ground - max(self._foot_m, here) > limits.step_m:  # a wall: stand before it
             there, ground, level = up, here, np.zeros(3)
@@ -186,6 +195,22 @@ class WalkFlight:
         self._level = unit(self._level - there * float(self._level @ there))
         self.velocity_m_s = carry(level, up, there) + climb * there
         self._up = there
+
+    def _around_trunks(self, there: Vector, level: Vector) -> tuple[Vector, Vector]:
+        """Where a step to `there` ends beside what is in the way, and the velocity along it."""
+        if self.obstacles is None:
+            return there, level
+        waist = self.ground.radius_m + self._foot_m + self.limits.waist_m
+        for _ in range(_PUSHES):
+            depth, normal = self.obstacles(there[None] * waist, np.array([self.limits.body_m]))
+            out = normal[0] - there * float(normal[0] @ there)
+            flat = math.sqrt(float(out @ out))
+            if not depth[0] > 0.0 or flat < 1e-6:
+                break
+            out = out / flat
+            there = unit(there * waist + out * (float(depth[0]) / flat))
+            level = level - min(float(level @ out), 0.0) * out
+        return there, level
 
     def _around(self) -> list[float]:
         """Ground heights below the body, and ahead, behind, right and left of it."""
@@ -209,4 +234,4 @@ def _bounded_pitch(pitch_rad: float) -> float:
     return min(max(pitch_rad, -_STEEPEST_LOOK_RAD), _STEEPEST_LOOK_RAD)
 
 
-__all__ = ["WalkFlight", "WalkLimits", "WaterHeight"]
+__all__ = ["Obstacles", "WalkFlight", "WalkLimits", "WaterHeight"]

@@ -26,6 +26,10 @@ _DIGITS = 6
 
 def edit(imgui: ImGui, rule: FieldRule, value: Any) -> Any:
     """Draw the widget of a field (labels hidden); returns `value` itself while nothing was changed."""
+    if rule.kind in ("rows", "function"):  # what a game gives in Python
+        given = len(value) if rule.kind == "rows" else value is not None and getattr(value, "__name__", "set")
+        imgui.text_disabled(str(given or "none"))
+        return value
     if rule.optional:
         width = imgui.calc_item_width()
         toggled, wanted = imgui.checkbox("##set", value is not None)

@@ -6,6 +6,7 @@ import math
 import os
 import tempfile
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from planetfall.engine.settings import (
     SettingError,
     UnknownSettingError,
     build_components,
+    functions_of,
     install,
     plain_table,
     read_toml,
@@ -166,6 +168,53 @@ def test_declarations_are_checked():
         rules_of(int)
 
 
+@dataclass
+class Rows:
+    """A component with the kinds of knobs that a game gives in Python."""
+
+    cells: tuple[tuple[int, int], ...] = knob((), 0, 9, help="Rows")
+    rule: Callable[[int], int] | None = knob(None, help="A function")  # noqa: RUF009
+
+
+@pytest.mark.parametrize(
+    "given", [[[1, 2], [3, 4]], ((1, 2), (3, 4)), np.array([[1, 2], [3, 4]]), [np.array([1, 2]), (np.int64(3), 4)]]
+)
+def test_rows_are_stored_as_tuples_of_ints(given):
+    part = install(Rows)(cells=given)
+    assert part.cells == ((1, 2), (3, 4)) and type(part.cells[1][0]) is int
+    assert plain_table(part) == {"cells": [[1, 2], [3, 4]]} and plain_table(Rows()) == {}
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (3, r"Rows\.cells: expected rows of 2 whole numbers from 0 to 9, found 3. Give a list of rows"),
+        ([[1, 2], [3]], r"Rows\.cells\[1\]: expected 2 whole numbers from 0 to 9, found \[3\]"),
+        ([[1, 2], [3, 10]], r"Rows\.cells\[1\]: .* found \[3, 10\]"),
+        (np.array([[1.5, 2.0]]), r"Rows\.cells\[0\]: .* found \[1\.5, 2\.0\]"),
+        ([[1, 2], 7], r"Rows\.cells\[1\]: .* found 7"),
+        (np.zeros((2, 3), int), r"Rows\.cells\[0\]: .* found \[0, 0, 0\]"),
+    ],
+)
+def test_bad_rows_are_named_by_their_place(given, message):
+    with pytest.raises(SettingError, match=message):
+        install(Rows)(cells=given)
+
+
+def test_functions_are_kept_and_no_file_has_them():
+    part = install(Rows)()
+    before = revision(part)
+    part.rule = len
+    assert part.rule is len and revision(part) > before and functions_of(part) == ["Rows.rule"]
+    assert plain_table(part) == {} and rules_of(Rows)["rule"].expected == "a function, or nothing"
+    with pytest.raises(
+        SettingError, match=r"Rows\.rule: expected a function, or nothing, found 3. Assign one in Python"
+    ):
+        part.rule = 3
+    part.rule = None
+    assert functions_of(part) == []
+
+
 @pytest.mark.parametrize("cls", list(KINDS.values()), ids=list(KINDS))
 def test_every_component_field_is_a_knob_with_help_and_a_valid_default(cls):
     described = knobs(cls)
@@ -174,7 +223,7 @@ def test_every_component_field_is_a_knob_with_help_and_a_valid_default(cls):
     cls()  # construction checks the defaults
     for name, rule in rules_of(cls).items():
         assert (
-            rule.kind in ("bool", "str", "list")
+            rule.kind in ("bool", "str", "list", "function")
             or rule.knob.nonzero
             or rule.knob.low is not None
             or rule.knob.widget == "place"

@@ -42,6 +42,8 @@ class Everything:
     place_m: Vector = knob((1.0, 2.0, 3.0), -100.0, 100.0, "m", "A vector")
     maybe_deg: float | None = knob(None, 10.0, 90.0, "deg", "May be off", excludes=("other",))
     other: float | None = knob(None, 0.0, 1.0, "", "Excluded by maybe_deg")
+    cells: tuple[tuple[int, int], ...] = knob((), 0, 9, "", "Rows, given in Python")
+    rule: Callable[[int], int] | None = knob(None, help="A function, given in Python")
 
 
 install(Everything)
@@ -202,6 +204,21 @@ def test_optional_fields_exclude_each_other(desk: Desk, thing: Everything) -> No
     assert desk.changes == [[Change("maybe_deg", None, 10.0), Change("other", 0.5, None)]]
     desk.reset("maybe_deg")
     assert thing.maybe_deg is None
+
+
+def test_what_is_given_in_python_is_counted_and_can_be_reset(desk: Desk, thing: Everything) -> None:
+    before = desk.pixels().copy()
+    thing.cells, thing.rule = ((1, 2), (3, 4)), abs
+    desk.step(frames=3)
+    after = desk.pixels().copy()
+    for field in ("cells", "rule"):
+        x0, y0, x1, y1 = (int(v) for v in desk.boxes[field])
+        assert (before[y0:y1, x0:x1] != after[y0:y1, x0:x1]).any()
+        desk.click(x0 + 5, (y0 + y1) / 2)
+        assert desk.changes == []
+    desk.reset("cells")
+    desk.reset("rule")
+    assert thing.cells == () and thing.rule is None
 
 
 def test_color_keeps_untouched_digits(desk: Desk, thing: Everything) -> None:
