@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from typing import TypeVar
 
 from ._knob import knob
+from .clouds import Clouds
+from .ocean import Ocean
 
-__all__ = ["Wind"]
+__all__ = ["ALOFT", "Wind", "blown"]
+
+ALOFT = 1.5
+"""Wind that carries the weather over that 10 m above the ground."""
+
+_T = TypeVar("_T", Ocean, Clouds)
 
 
 @dataclass
@@ -23,3 +32,36 @@ class Wind:
         (0.0, 0.0), unit="deg", help="Latitude and longitude for which the direction is given", widget="place"
     )
     gusts: float = knob(0.5, 0.0, 1.0, "", "How much stronger and weaker it becomes as gusts pass; 0: steady")
+
+
+def blown(component: _T, wind: Wind | None) -> _T:
+    """An Ocean, or Clouds, as the wind drives it: a changed copy, or itself where nothing changes.
+
+    A field that differs from its default is set, and stays: of the Ocean speed and direction of its wind, of Clouds
+    the speed of the weather.
+    """
+    if wind is None:
+        return component
+    if isinstance(component, Ocean):
+        given = {
+            "wind_speed_m_s": wind.speed_m_s,
+            "wind_direction_deg": wind.direction_deg,
+            "wind_at": tuple(wind.at),
+        }
+        # A heading means nothing without the place that it is given for.
+        if _is_set(component, "wind_direction_deg") or _is_set(component, "wind_at"):
+            del given["wind_direction_deg"], given["wind_at"]
+    else:
+        given = {"wind_speed_m_s": ALOFT * wind.speed_m_s}
+    changes = {
+        name: value
+        for name, value in given.items()
+        if not _is_set(component, name) and value != getattr(component, name)
+    }
+    return dataclasses.replace(component, **changes) if changes else component
+
+
+def _is_set(component: object, name: str) -> bool:
+    (field,) = (f for f in dataclasses.fields(component) if f.name == name)  # type: ignore[arg-type]
+    value = getattr(component, name)
+    return (tuple(value) if isinstance(value, list) else value) != field.default

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Atmosphere, Clouds, Planet, Wind
+from ..components.wind import blown
 from ..engine.blocks.bindings import AIR_BLOCK
 from ..engine.gpu import UniformBlock
 from ..engine.settings import with_overrides
@@ -23,7 +24,6 @@ from ..systems.clouds.imported import imported_cover
 from ..systems.clouds.model import CloudModel
 from ..systems.clouds.shell_probe import ShellProbe
 from ..systems.clouds.weather_probe import WeatherProbe
-from ..systems.winds import blown
 from .probe import Probe
 from .questions import question_distances, question_number, question_rows
 

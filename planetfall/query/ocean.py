@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Ocean, Planet, Terrain, Wind
+from ..components.wind import blown
 from ..engine.waves import WaveSet, at_directions, displacement, surface, wave_method, waves_of
 from ..engine.waves.shoaling import DEEP
 from ..engine.world import MissingError
 from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField
-from ..systems.winds import blown
 from .arguments import checked_directions
 
 if TYPE_CHECKING:

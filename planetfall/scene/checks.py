@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from ..components import Atmosphere, Clouds, Ocean, Planet, Sun, Terrain, Wind
+from ..components.wind import blown
 from ..engine.settings import SettingError, with_overrides
 from ..engine.wavelengths import carried_air, wavelengths_of
 from ..engine.waves import WaveError, waves_of
-from ..systems.winds import blown
 from .handle import Parts
 
 __all__ = ["cloud_problems", "planet_problems"]

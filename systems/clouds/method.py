@@ -14,7 +14,6 @@ from ...engine.methods import Method
 from ...engine.settings import revision
 from ...engine.space import out_of_view
 from ...engine.system import Setup
-from ..winds import wind_revision
 
 __all__ = ["CloudMethod", "CloudsRevision", "may_see"]
 
@@ -31,7 +30,7 @@ class CloudsRevision(NamedTuple):
     def of(cls, component: Clouds, wind: Wind | None) -> CloudsRevision:
         """Of clouds as they are now."""
         layers = tuple(revision(layer) for layer in component.layers)
-        return cls(id(component), revision(component), layers, wind_revision(wind))
+        return cls(id(component), revision(component), layers, -1 if wind is None else revision(wind))
 
 
 class CloudMethod(Method):

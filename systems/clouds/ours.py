@@ -8,7 +8,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...components import Atmosphere, Clouds, Planet
+from ...components import Atmosphere, Clouds, Planet, Wind
+from ...components.wind import blown
 from ...engine.blocks.bindings import CLOUD_SHADOW_UNIT, CLOUD_SKY_UNIT, CLOUD_SUN_UNIT, CLOUD_VIEW_BLOCK
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
@@ -18,7 +19,6 @@ from ...engine.gpu import gl as G
 from ...engine.graph import GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import SettingError, Settings, with_overrides
 from ...engine.system import Setup
-from ..winds import blown, wind_of
 from .field import CloudField
 from .history import NONE, STILL, History
 from .method import CloudMethod, CloudsRevision, may_see
@@ -195,7 +195,7 @@ class OurClouds(CloudMethod):
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
-        wind = wind_of(frame.world, frame.planet)
+        wind = frame.world.try_get(frame.planet, Wind)
         stamp = CloudsRevision.of(component, wind)
         if stamp == self._stamp:
             return

@@ -8,7 +8,8 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ...components import CloudLayer, Clouds, Planet
+from ...components import CloudLayer, Clouds, Planet, Wind
+from ...components.wind import blown
 from ...engine.blocks.bindings import CLOUD_TILE_UNIT, CLOUD_VIEW_BLOCK
 from ...engine.blocks.layout import zeros
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
@@ -17,7 +18,6 @@ from ...engine.gpu import GpuScope
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.settings import with_overrides
 from ...engine.system import Setup
-from ..winds import blown, wind_of
 from .layers import frames_at
 from .method import CloudMethod, CloudsRevision, may_see
 from .paper_volume import PaperVolume
@@ -104,7 +104,7 @@ class PaperClouds(CloudMethod):
         if self._volume is not None and not self._volume.done:
             self._volume.step(1e9 if frame.settling else _BUDGET_S)
         turn, _ = frames_at(
-            float(blown(component, wind_of(frame.world, frame.planet)).wind_speed_m_s), radius, frame.time_s
+            float(blown(component, frame.world.try_get(frame.planet, Wind)).wind_speed_m_s), radius, frame.time_s
         )
         proxy = frame.view.proxy
         block = self._block
@@ -116,7 +116,7 @@ class PaperClouds(CloudMethod):
 
     def refresh(self, frame: Frame) -> None:
         component = frame.world.get(frame.planet, Clouds)
-        stamp = CloudsRevision.of(component, wind_of(frame.world, frame.planet))
+        stamp = CloudsRevision.of(component, frame.world.try_get(frame.planet, Wind))
         if stamp == self._stamp:
             return
         self._stamp = stamp

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import Cover, Ocean, Planet
+from ...components import Cover, Ocean, Planet, Wind
+from ...components.wind import blown
 from ...engine.blocks.bindings import (
     DEPTH_UNIT,
     FLAG_BUFFER,
@@ -35,7 +36,6 @@ from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
 from ...engine.waves import WaveSet
-from ..winds import blown, wind_of, wind_revision
 from .block import OceanBlock, drifted, ocean_block
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
@@ -185,8 +185,9 @@ class SeaShading:
         ocean = frame.world.get(frame.planet, Ocean)
         proxy = frame.view.proxy
         radius = frame.world.get(frame.planet, Planet).radius_m
-        wind = wind_of(frame.world, frame.planet)
-        own, made_for = self._of(frame.view), _MadeFor(revision(ocean), wind_revision(wind), proxy.generation)
+        wind = frame.world.try_get(frame.planet, Wind)
+        of_wind = -1 if wind is None else revision(wind)
+        own, made_for = self._of(frame.view), _MadeFor(revision(ocean), of_wind, proxy.generation)
         if made_for != own.made_for:
             own.made_for = made_for
             ocean = blown(with_overrides(ocean, "ocean", frame.settings), wind)

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import Ocean, Planet
+from ...components import Ocean, Planet, Wind
+from ...components.wind import blown
 from ...engine.blocks.bindings import COAST_NORMAL_IMAGE, SEA_MOVED_UNIT, SWELL_BUFFER, TILE_BUFFER, WAVE_BLOCK
 from ...engine.frame import Frame, View, ViewInfo
 from ...engine.frame.gbuffer import GBUFFER_UNITS, TILE_PX, tiles_of
@@ -20,7 +21,6 @@ from ...engine.settings import revision, with_overrides
 from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.waves import WaveSet, waves_of
-from ..winds import blown, wind_of, wind_revision
 from .swell_tile import SWELL_BYTES
 from .wave_block import WAVE_LAYOUT, SeaMesh, WavePacker
 
@@ -138,8 +138,8 @@ class SeaWaves:
     def of(self, frame: Frame) -> WaveSet:
         """The waves of the frame's planet."""
         ocean, planet = frame.world.get(frame.planet, Ocean), frame.world.get(frame.planet, Planet)
-        wind = wind_of(frame.world, frame.planet)
-        key = _WavesKey(revision(ocean), wind_revision(wind), planet.radius_m)
+        wind = frame.world.try_get(frame.planet, Wind)
+        key = _WavesKey(revision(ocean), -1 if wind is None else revision(wind), planet.radius_m)
         if self._held is None or self._held[0] != key:
             blowing = blown(with_overrides(ocean, "ocean", frame.settings), wind)
             self._held = key, waves_of(blowing, planet.radius_m)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import planetfall as pf
+from planetfall.components.wind import ALOFT, blown
 from planetfall.engine.frame.gbuffer import Surface
 from planetfall.engine.space.axes import direction
 from planetfall.systems.cover.sway import GUSTS, sway_at
-from planetfall.systems.winds import ALOFT, blown
 
 PLACES = ((0.0, 0.0), (90.0, 0.0), (-90.0, 30.0), (35.2644, 45.0), (0.0, 180.0), (-12.0, 70.0))
 
