@@ -261,8 +261,8 @@ SEVERAL_PICTURES: tuple[Picture, ...] = (
 GRASS_SIZE = (240, 135)
 """In smaller ones a pixel is wider than blades and leaves."""
 COVER_PICTURES: tuple[Picture, ...] = (
-    Picture("cover/forest", "woods", "forest"),
-    Picture("cover/canopy", "woods", "canopy"),
+    Picture("cover/forest", "woods", "forest", GRASS_SIZE),
+    Picture("cover/canopy", "woods", "canopy", GRASS_SIZE),
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
