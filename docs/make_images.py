@@ -25,8 +25,10 @@ PICTURES = {
 """Pictures, and the views that they are of."""
 SEVERAL = ("moonrise", "earthrise")
 """Pictures of the scene earth_moon, named as their views."""
-WOODS = ("forest", "canopy", "treeline", "grove")
+WOODS = ("forest", "meadow", "woodland", "canopy", "treeline", "grove")
 """The same of the scene woods."""
+AUTUMN = {"woodland": 0.79}
+"""Cover.season of some."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 DESCENT = "descent"
@@ -59,6 +61,8 @@ def main(names: list[str]) -> None:
         with pf.Renderer(scene, SIZE, QUALITY) as renderer:
             for name in wanted:
                 file = FOLDER / f"{name}.jpg"
+                if scene_name == "woods":
+                    scene.planet[pf.Cover].season = AUTUMN.get(name, 0.5)
                 file.write_bytes(as_jpeg(renderer.snapshot(pf.view(own[name], scene.planet)).image))
                 console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
