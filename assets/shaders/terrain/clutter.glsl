@@ -36,8 +36,12 @@ struct ClutterKind {
 const ClutterKind CLUTTER[] = ClutterKind[](
     ClutterKind(0.03, 1, 0.12, 0.34, 0.08, 0.30, 2.2, 0.7, 0.5, 0.6),
     ClutterKind(0.1, 3, 0.08, 0.30, 0.08, 0.28, 1.1, 0.65, 0.7, 0.6),
+#ifdef GROUND_COVER
+    ClutterKind(0.5, 6, 0.06, 0.20, 0.03, 0.11, 0.85, 0.8, 0.85, 0.3));
+#else
     ClutterKind(0.5, 6, 0.06, 0.20, 0.03, 0.11, 0.85, 0.8, 0.85, 0.3),
     ClutterKind(NEAR_ACROSS_M, 7, 0.10, 0.40, 0.01, 0.05, 1.25, 0.8, 0.85, 0.2));
+#endif
 
 // The lattice's axes: the two of the planet that the ground follows best, and the third.
 vec3 clutter_axes(vec3 v, vec3 zenith) {
@@ -239,16 +243,19 @@ GroundClutter ground_clutter(
     ClutterBeach strand = clutter_beach(up, clutter_axes(gradient, zenith), above_sea);
     float left = 1.0;   // of the pixel, for what lies behind
 #ifdef GROUND_COVER
-    float grassy = growth.tufts * cover_map.grass;
-    GrassView grass = grass_view(v, point, zenith, grassy, cover_map.flowers * grassy * (1.0 - 0.8 * growth.wooded));
-    for (int k = 0; k < GRASS_KINDS; ++k) {
+    // A loop of no turns costs a software GPU nothing.
+    int grassy = across < GRASS[GRASS_KINDS - 1].span_m ? 0 : GRASS_KINDS;
+    while (grassy < GRASS_KINDS) {
+        float grass = growth.tufts * cover_map.grass;
+        GrassView seen = grass_view(v, point, zenith, grass, cover_map.flowers * grass * (1.0 - 0.8 * growth.wooded));
         ivec3 lattice;
         vec3 fraction;
         float frequency;
-        nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D, GRASS[k].octave,
-            lattice, fraction, frequency);
-        add_grass(found, left, k, v, grass, clutter_axes(fraction, zenith).xy, clutter_axes(lattice, zenith).xy,
+        nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D,
+            GRASS[grassy].octave, lattice, fraction, frequency);
+        add_grass(found, left, grassy, v, seen, clutter_axes(fraction, zenith).xy, clutter_axes(lattice, zenith).xy,
             strand);
+        ++grassy;
     }
     growth = Growth(0.0, 0.0, 0.0, 0.0, 0.0);   // bushes are solids, as trees are
 #endif
