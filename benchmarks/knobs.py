@@ -204,7 +204,7 @@ PAIRS: dict[str, Pair] = {
     "cover.season": Pair("woods", "woodland", 0.79),
     "cover.grass": Pair("woods", "meadow", 0.0),
     "cover.grass_m": Pair("woods", "meadow", 1.0),
-    "cover.flowers": Pair("woods", "meadow", 0.0, off=1.0),
+    "cover.flowers": Pair("woods", "meadow", 0.0, off=1.0, least=0.0, least_worst=0.25),
     "cover.broadleaf_albedo": Pair("woods", "canopy", (0.12, 0.04, 0.1)),
     "cover.conifer_albedo": Pair("woods", "treeline", (0.12, 0.04, 0.1)),
     "cover.bark_albedo": Pair("woods", "forest", (0.6, 0.5, 0.5)),

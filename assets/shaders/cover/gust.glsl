@@ -1,5 +1,5 @@
-// Gusts that run over plants: waves whose crests strengthen the wind (systems/cover/sway.py). The block cover_map has to
-// be there.
+// Gusts that run over plants: waves whose crests strengthen the wind (systems/cover/sway.py). The block cover_map has
+// to be there.
 
 // Times the wind's bend. point: camera-relative metres, planet axes.
 float gust_at(vec3 point) {

@@ -70,7 +70,8 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     float across = dot(away, lies);
     // Twigs are thinner than leaves.
     bool within = chance.x < dense
-        && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
+        && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across
+            < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
 #ifdef TREE_LEAVES
     // So near that its leaves show: they stand along a stem, to both of its sides.
     vec3 side = normalize(lies - dot(lies, along) * along + 1e-4), stem = cross(along, side);

@@ -233,7 +233,8 @@ void add_kind(
 // the view, metres. stony: share of cells that hold a stone off the beach.
 // above_sea: height of the pixel's ground, metres; gradient: its rise around, in metres per metre.
 GroundClutter ground_clutter(
-    vec3 point, vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea, vec3 gradient
+    vec3 point, vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea,
+    vec3 gradient
 ) {
     GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0, vec3(0.0), 0.0);
     vec3 up = clutter_axes(zenith, zenith), to_eye = clutter_axes(eye, zenith), to_sun = clutter_axes(sun, zenith);

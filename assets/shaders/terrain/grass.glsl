@@ -106,7 +106,8 @@ void add_grass(
         float colour = fract(dot(patch_at, vec2(0.7548777, 0.5698403)) + 0.35 * one.y);
         float round = min(FLOWER_M * (0.7 + 0.6 * two.y) / size, 0.1), seen = max(round, 0.5 * width);
         float weight = left * here * step(bloom, grass.flowers * open * clamp(0.5 + 0.6 * dense, 0.0, 1.5))
-            * clamp((seen - length(away)) / width + 0.5, 0.0, 1.0) * round * round / (seen * seen) * clamp(8.0 * v.eye_rise, 0.0, 1.0);
+            * clamp((seen - length(away)) / width + 0.5, 0.0, 1.0) * round * round / (seen * seen)
+            * clamp(8.0 * v.eye_rise, 0.0, 1.0);
         left -= weight;
         found.bloom += weight * FLOWERS[int(4.0 * colour) & 3];
         found.bloomed += weight;
