@@ -6,8 +6,8 @@ from ..components import Cover, Ocean, Terrain
 from ..engine.settings import revision
 from ..scene.scene import PlanetHandle
 from ..systems.cover.felling import GROWS
-from ..systems.cover.grown import Grown
-from ..systems.cover.growth import Growing, GrowingGround
+from ..systems.cover.grown import Grown, TrunkGround
+from ..systems.cover.growth import Growing
 from ..systems.flight import Obstacles
 
 __all__ = ["FlightTrunks"]
@@ -20,7 +20,7 @@ class FlightTrunks:
         self._key: object = None
         self._grown: Grown | None = None
 
-    def on(self, planet: PlanetHandle, field: GrowingGround | None) -> Obstacles | None:
+    def on(self, planet: PlanetHandle, field: TrunkGround | None) -> Obstacles | None:
         """What spheres touch on a planet with these heights; None where no trees grow."""
         cover, terrain, ocean = planet.get(Cover), planet.get(Terrain), planet.get(Ocean)
         if cover is None or terrain is None or field is None or cover.density <= 0.0:

@@ -34,7 +34,7 @@ _AT_ONCE = 128
 """Plots made at once: some 60 MB."""
 
 
-class _Ground(GrowingGround, Protocol):
+class TrunkGround(GrowingGround, Protocol):
     @property
     def highest_m(self) -> float: ...
     @property
@@ -44,7 +44,7 @@ class _Ground(GrowingGround, Protocol):
 class Grown:
     """Trees and shrubs by place. They follow from the arguments alone; felled ones are as `fell` said last."""
 
-    def __init__(self, ground: _Ground, growing: Growing, cover: Cover, seed: int) -> None:
+    def __init__(self, ground: TrunkGround, growing: Growing, cover: Cover, seed: int) -> None:
         self._ground, self._growing, self._cover, self._seed = ground, growing, cover, seed
         self.level = plot_level(ground.radius_m)
         self.felled = Felled()
