@@ -86,7 +86,7 @@ class History:
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
     there. checkerboard: which blocks have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this frame's rays.
     inside: where in their pixels they go, from the middle, in pixels. turns: rays of each pixel of a still picture.
-    turn, shift_m, projection: from this camera to the one before.
+    turn, shift_m, projection: from this camera to the one before. offset: of this camera's projection, without jitter.
     """
 
     def __init__(self, stride: int, samples: int, radius_m: float, every: int = 1) -> None:
@@ -106,6 +106,7 @@ class History:
         self.turn: Floats = np.eye(3)
         self.shift_m: Floats = np.zeros(3)
         self.projection = (1.0, 1.0, 0.0, 0.0)
+        self.offset = (0.0, 0.0)
 
     @property
     def complete(self) -> bool:
@@ -163,6 +164,7 @@ class History:
             self.shift_m = before.axes @ (now.camera.position_m - before.position_m)
             sx, sy, ox, oy = projection_terms(before)
             self.projection = (1.0 / sx, 1.0 / sy, ox, oy)
+            self.offset = projection_terms(now.camera)[2:]
 
     def give(self, program: Compute) -> None:
         """Which rays a frame follows, as uniforms of clouds/view_ray.glsl."""

@@ -42,11 +42,10 @@ most of the sea mirrors one of them."""
 
 
 class ShadowKey(NamedTuple):
-    """Which clouds throw a shadow. cuts, steady: of the maps of the weather."""
+    """Which clouds throw a shadow. cuts: of the maps of the weather."""
 
     clouds: CloudsRevision | None
     cuts: int
-    steady: bool
 
 
 class WeatherKey(NamedTuple):
@@ -236,8 +235,8 @@ class OurClouds(CloudMethod):
         proxy = frame.view.proxy
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
-        stamp = ShadowKey(self._stamp, charts.cuts, charts.steady)
-        self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
+        stamp = ShadowKey(self._stamp, charts.cuts)
+        self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present, charts.steady)
         self._shafts.place(frame, field.block.highest_m, field.first[1], radius, shadow)
         shown.ubo.write(field.block)
         shown.placed = True
@@ -393,6 +392,7 @@ class OurClouds(CloudMethod):
             shown.set("u_camera_shift_m", tuple(map(float, history.shift_m)))
             shown.set("u_previous_per_scale", history.projection[:2])
             shown.set("u_previous_offset", history.projection[2:])
+            shown.set("u_offset", history.offset)
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
 

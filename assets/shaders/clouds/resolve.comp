@@ -27,6 +27,7 @@ layout(location = 5) uniform vec3 u_camera_shift_m;
 // of the camera before: 1 / frame.projection_scale, and frame.projection_offset
 layout(location = 6) uniform vec2 u_previous_per_scale;
 layout(location = 9) uniform vec2 u_previous_offset;
+layout(location = 10) uniform vec2 u_offset;               // frame.projection_offset without the frame's jitter
 layout(location = 7) uniform float u_weight;               // of this frame's ray where there is a history
 // of the checkerboard of blocks with a ray of this frame, as in view_ray.glsl
 layout(location = 8) uniform int u_checkerboard;
@@ -117,7 +118,9 @@ Neighbours neighbours_at(FourRays r, vec2 share, float depth) {
 // The pixel's clouds, at their mean distance, in the frame before: x to the right, y up, z forward.
 History reprojected(FourRays r, Neighbours n, ivec2 pixel, float depth) {
     vec2 here = ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX));
-    vec2 slope = here * frame.projection_scale + frame.projection_offset;
+    // A pixel's history is the mean of rays anywhere in it. Were it looked up where this frame's jitter goes, it would
+    // be interpolated anew in each frame, and lose all detail before the pixel's next ray.
+    vec2 slope = here * frame.projection_scale + u_offset;
     vec3 then = u_to_previous * (vec3(slope, 1.0) * (n.distance_m * inversesqrt(1.0 + dot(slope, slope))))
         + u_camera_shift_m;
     vec2 ndc = (then.xy / max(then.z, 1e-6) - u_previous_offset) * u_previous_per_scale;
