@@ -380,6 +380,8 @@ class OurClouds(CloudMethod):
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
+            before.use(6)
+            self._nearest.use(6)
             surface.use(4)
             (textures[0] if history.checkerboard < 0 else upsampled).use(5)
             if shown is self._resolve:  # the picture of validity is none of light
@@ -395,6 +397,7 @@ class OurClouds(CloudMethod):
             shown.set("u_offset", history.offset)
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
+            self._nearest.clear(6)
 
         return run
 

@@ -13,6 +13,7 @@ layout(binding = 0) uniform sampler2D u_rays;
 layout(binding = 1) uniform sampler2D u_depth;
 layout(binding = 2) uniform sampler2D u_distance;
 layout(binding = 3) uniform sampler2D u_history;         // last frame's result, linear
+layout(binding = 6) uniform sampler2D u_history_texels;  // the same, nearest
 layout(binding = 4) uniform sampler2D u_history_depth;   // up to which that was seen
 layout(binding = 5) uniform sampler2D u_filtered;        // of the rays, for where there is no history
 #ifdef VALIDITY
@@ -36,9 +37,11 @@ const int MOVING = 1, STILL = 2;   // the camera; 0: no history
 
 const float SAME_SURFACE = 0.7;     // ratio of distances from frame to frame, and across a pixel's step
 const float APPROACH = 15.0;        // half of what is shown is new where the camera comes nearer by 1 / 15 in a frame
-const float CHECKERBOARD_RANGE = 0.2;   // wider: half of the rays span less of what there is than all
+// More, on both sides, of what the rays around have seen, that history may be: they lie blocks apart, and light peaks
+// between them. Held to no more than they see, a deck of cloud has three quarters of its relief.
+const float WIDER = 1.0;
 
-// Four rays around some pixels, and what each and its neighbours have seen, least and largest.
+// Four rays around some pixels, and what history may be by each and its neighbours: what they have seen, and WIDER.
 struct FourRays {
     vec4 color[4], least[4], largest[4];
     vec4 distance_m, depth;   // a component for each: of the clouds; of the surface that it ended on
@@ -58,7 +61,7 @@ struct History {
 };
 
 // The same for all pixels of an invocation.
-vec2 g_per_pixel;   // 1 / size of the clouds' picture
+vec2 g_size, g_per_pixel;   // of the clouds' picture, and 1 / that
 vec2 g_fill;        // of that picture by the frame: an odd one leaves part of the last row and column beside it
 float g_rush;       // m
 
@@ -94,6 +97,11 @@ FourRays rays_around(ivec2 corner, ivec2 place) {
     }
     r.lowest = min(min(r.least[0], r.least[1]), min(r.least[2], r.least[3]));
     r.highest = max(max(r.largest[0], r.largest[1]), max(r.largest[2], r.largest[3]));
+    for (int i = 0; i < 4; ++i) {
+        vec4 more = WIDER * (r.largest[i] - r.least[i]);
+        r.least[i] -= more;
+        r.largest[i] += more;
+    }
     r.nearest = max(max(r.depth.x, r.depth.y), max(r.depth.z, r.depth.w));
     r.farthest = min(min(r.depth.x, r.depth.y), min(r.depth.z, r.depth.w));
     return r;
@@ -102,17 +110,35 @@ FourRays rays_around(ivec2 corner, ivec2 place) {
 // share: of the way from the first ray to the last, x and y; depth: of the pixel.
 Neighbours neighbours_at(FourRays r, vec2 share, float depth) {
     vec2 rest = 1.0 - share;
-    // Depth is near / distance: its ratio is that of the distances.
-    vec4 unlike = abs(depth - r.depth) / max(max(vec4(depth), r.depth), 1e-20);
-    vec4 bilinear = vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y);
-    vec4 weight = (bilinear + 1e-3) / (1e-3 + unlike * unlike);
+    // Depth is near / distance: its ratio is that of the distances. Of depths that this pixel's is 1 in, or 0 for the
+    // sky.
+    float per_depth = 1.0 / max(depth, 1e-20);
+    vec4 ends = min(r.depth * per_depth, 1e3), apart = ends - depth * per_depth, larger = max(ends, 1.0);
+    apart *= apart;
+    larger *= larger;
+    // (bilinear + 1e-3) / (1e-3 + unlike^2) of each with unlike = apart / larger, over a common denominator: divisions
+    // are slow.
+    vec4 bilinear = vec4(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y),
+        under = 1e-3 * larger + apart,
+        weight = (bilinear + 1e-3) * larger * vec4(under.yx * (under.z * under.w), under.wz * (under.x * under.y));
     float per = 1.0 / (weight.x + weight.y + weight.z + weight.w);
     // Continuous over the picture. Where all that is seen around is alike, so are these and the colour, to the bit.
-    vec4 low = blend(r.least, bilinear), high = blend(r.largest, bilinear),
-        more = (u_checkerboard < 0 ? 0.0 : CHECKERBOARD_RANGE) * (high - low);
-    low = clamp(low - more, r.lowest, r.highest);
-    high = clamp(high + more, r.lowest, r.highest);
+    vec4 low = blend(r.least, bilinear), high = blend(r.largest, bilinear);
     return Neighbours(low, high, clamp(blend(r.color, weight * per), low, high), per * dot(weight, r.distance_m));
+}
+
+// By a cubic (Catmull and Rom 1974): what moves is looked up anew in each frame, and linear look-ups would leave half of
+// its relief. One linear look-up has the four texels around; of the eight beside them, which have small weights, one of
+// two is enough. The corners' weights count for the middle.
+vec4 history_at(vec2 uv) {
+    vec2 at = uv * g_size - 0.5, first = floor(at), f = at - first, less = 0.5 * f * (1.0 - f),
+        middle = (first + 0.5 + f - less * (1.0 - less) * (1.0 - 2.0 * f)) * g_per_pixel,
+        low = (first - 0.5) * g_per_pixel, high = (first + 2.5) * g_per_pixel, side = less * (1.0 + less.yx);
+    vec4 along = mix(textureLod(u_history_texels, vec2(low.x, middle.y), 0.0),
+        textureLod(u_history_texels, vec2(high.x, middle.y), 0.0), f.x);
+    vec4 up = mix(textureLod(u_history_texels, vec2(middle.x, low.y), 0.0),
+        textureLod(u_history_texels, vec2(middle.x, high.y), 0.0), f.y);
+    return (1.0 + side.x + side.y) * textureLod(u_history, middle, 0.0) - side.x * along - side.y * up;
 }
 
 // The pixel's clouds, at their mean distance, in the frame before: x to the right, y up, z forward.
@@ -131,7 +157,7 @@ History reprojected(FourRays r, Neighbours n, ivec2 pixel, float depth) {
     float then_depth = textureLod(u_history_depth, uv, 0.0).r;
     vec2 alike = u_mode == STILL || depth <= 0.0 ? vec2(depth) : vec2(min(depth, r.farthest), max(depth, r.nearest));
     bool valid = inside && then_depth >= SAME_SURFACE * alike.x && SAME_SURFACE * then_depth <= alike.y;
-    vec4 color = textureLod(u_history, uv, 0.0);
+    vec4 color = history_at(uv);
     return History(valid, color, u_mode == STILL ? color : clamp(color, n.low, n.high));
 }
 
@@ -171,7 +197,8 @@ void main() {
         imageStore(o_clouds, first + ivec2(k % STRIDE, k / STRIDE), vec4(0.0, 0.0, 0.0, 1.0));
     }
 #endif
-    g_per_pixel = 1.0 / vec2(size);
+    g_size = vec2(size);
+    g_per_pixel = 1.0 / g_size;
     g_fill = frame.viewport_px / vec2(size * PICTURE_PX);
     g_rush = APPROACH * length(u_camera_shift_m);
     bool followed = u_place.x >= 0 && all(greaterThanEqual(corner, ivec2(0)))
