@@ -36,7 +36,9 @@ layout(location = 8) uniform int u_checkerboard;
 const int MOVING = 1, STILL = 2;   // the camera; 0: no history
 
 const float SAME_SURFACE = 0.7;     // ratio of distances from frame to frame, and across a pixel's step
-const float APPROACH = 15.0;        // half of what is shown is new where the camera comes nearer by 1 / 15 in a frame
+// Half of what is shown is new where the camera comes nearer by 1 / 45 in a frame, and of slower ways as their squares
+// say: between the rays of a pixel, sixteen frames or more, those change little of what it shows.
+const float APPROACH = 45.0;
 // More, on both sides, of what the rays around have seen, that history may be: they lie blocks apart, and light peaks
 // between them. Held to no more than they see, a deck of cloud has three quarters of its relief.
 const float WIDER = 1.0;
@@ -99,8 +101,10 @@ FourRays rays_around(ivec2 corner, ivec2 place) {
     r.highest = max(max(r.largest[0], r.largest[1]), max(r.largest[2], r.largest[3]));
     for (int i = 0; i < 4; ++i) {
         vec4 more = WIDER * (r.largest[i] - r.least[i]);
-        r.least[i] -= more;
+        // Not beyond what there can be: no light, and all of what is behind.
+        r.least[i] = max(r.least[i] - more, min(r.least[i], 0.0));
         r.largest[i] += more;
+        r.largest[i].a = min(r.largest[i].a, 1.0);
     }
     r.nearest = max(max(r.depth.x, r.depth.y), max(r.depth.z, r.depth.w));
     r.farthest = min(min(r.depth.x, r.depth.y), min(r.depth.z, r.depth.w));
@@ -174,7 +178,7 @@ vec4 resolved(Neighbours n, History history, vec4 ray, bool fresh) {
     return vec4(fresh ? mix(shade, vec3(1.0), 0.35) : shade, 1.0);
 #else
     // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
-    float new = u_mode == STILL ? 0.0 : g_rush / (n.distance_m + g_rush);
+    float rush = g_rush / n.distance_m, new = u_mode == STILL ? 0.0 : rush * rush / (1.0 + rush * rush);
     vec4 color = history.valid
         ? mix(fresh ? mix(history.clamped, ray, u_weight) : history.clamped, n.upsampled, new)
         : fresh && u_checkerboard < 0 ? ray : n.upsampled;
