@@ -244,7 +244,7 @@ class OurClouds(CloudMethod):
         air = frame.world.try_resource(AIR_GENERATION)
         shares = charts.first.number, charts.second.number, charts.share
         weather = WeatherKey(*shares, air, shadow.maps.changes, tuple(shadow.drawn))
-        shown.history.begin(frame, self._stamp, weather)
+        shown.history.begin(frame, self._stamp, weather, weather.drawn)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
         shows = SkyKey(*place, self._stamp, self._steps, weather, self.field.mirrored)
         shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
@@ -395,6 +395,7 @@ class OurClouds(CloudMethod):
             shown.set("u_previous_per_scale", history.projection[:2])
             shown.set("u_previous_offset", history.projection[2:])
             shown.set("u_offset", history.offset)
+            shown.set("u_wider", history.wider)
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
             self._nearest.clear(6)

@@ -30,6 +30,7 @@ layout(location = 6) uniform vec2 u_previous_per_scale;
 layout(location = 9) uniform vec2 u_previous_offset;
 layout(location = 10) uniform vec2 u_offset;               // frame.projection_offset without the frame's jitter
 layout(location = 7) uniform float u_weight;               // of this frame's ray where there is a history
+layout(location = 11) uniform float u_wider;                // than what rays have seen history may be, of what they span
 // of the checkerboard of blocks with a ray of this frame, as in view_ray.glsl
 layout(location = 8) uniform int u_checkerboard;
 
@@ -39,11 +40,8 @@ const float SAME_SURFACE = 0.7;     // ratio of distances from frame to frame, a
 // Half of what is shown is new where the camera comes nearer by 1 / 45 in a frame, and of slower ways as their squares
 // say: between the rays of a pixel, sixteen frames or more, those change little of what it shows.
 const float APPROACH = 45.0;
-// More, on both sides, of what the rays around have seen, that history may be: they lie blocks apart, and light peaks
-// between them. Held to no more than they see, a deck of cloud has three quarters of its relief.
-const float WIDER = 1.0;
 
-// Four rays around some pixels, and what history may be by each and its neighbours: what they have seen, and WIDER.
+// Four rays around some pixels, and what history may be by each and its neighbours: what they have seen, and u_wider.
 struct FourRays {
     vec4 color[4], least[4], largest[4];
     vec4 distance_m, depth;   // a component for each: of the clouds; of the surface that it ended on
@@ -100,7 +98,7 @@ FourRays rays_around(ivec2 corner, ivec2 place) {
     r.lowest = min(min(r.least[0], r.least[1]), min(r.least[2], r.least[3]));
     r.highest = max(max(r.largest[0], r.largest[1]), max(r.largest[2], r.largest[3]));
     for (int i = 0; i < 4; ++i) {
-        vec4 more = WIDER * (r.largest[i] - r.least[i]);
+        vec4 more = u_wider * (r.largest[i] - r.least[i]);
         // Not beyond what there can be: no light, and all of what is behind.
         r.least[i] = max(r.least[i] - more, min(r.least[i], 0.0));
         r.largest[i] += more;
