@@ -40,6 +40,7 @@ const float SAME_SURFACE = 0.7;     // ratio of distances from frame to frame, a
 // Half of what is shown is new where the camera comes nearer by 1 / 45 in a frame, and of slower ways as their squares
 // say: between the rays of a pixel, sixteen frames or more, those change little of what it shows.
 const float APPROACH = 45.0;
+const float GROWN = 1.0 / 25.0;   // one by the number of frames after which a pixel in the picture counts as any other
 
 // Four rays around some pixels, and what history may be by each and its neighbours: what they have seen, and u_wider.
 struct FourRays {
@@ -57,6 +58,7 @@ struct Neighbours {
 
 struct History {
     bool valid;
+    float young;   // how much of it the next mean of rays is, of what came into the picture lately
     vec4 color, clamped;
 };
 
@@ -159,8 +161,13 @@ History reprojected(FourRays r, Neighbours n, ivec2 pixel, float depth) {
     float then_depth = textureLod(u_history_depth, uv, 0.0).r;
     vec2 alike = u_mode == STILL || depth <= 0.0 ? vec2(depth) : vec2(min(depth, r.farthest), max(depth, r.nearest));
     bool valid = inside && then_depth >= SAME_SURFACE * alike.x && SAME_SURFACE * then_depth <= alike.y;
+    // A pixel that has been in the picture for a few frames only has had no ray of its own. What it shows is the mean of
+    // what the rays around it have told in all of these: of one frame alone, columns that came in one after the other
+    // would be seen as stripes. At this pace it came in so many frames ago:
+    vec2 motion = ndc - here, per_frames = abs(motion) / max(1.0 - here * sign(motion), 1e-4);
+    float per = max(per_frames.x, per_frames.y), young = max(per / (1.0 + per) - GROWN, 0.0);
     vec4 color = history_at(uv);
-    return History(valid, color, u_mode == STILL ? color : clamp(color, n.low, n.high));
+    return History(valid, u_mode == STILL ? 0.0 : young, color, u_mode == STILL ? color : clamp(color, n.low, n.high));
 }
 
 // fresh: the pixel has had its own ray in this frame.
@@ -176,7 +183,8 @@ vec4 resolved(Neighbours n, History history, vec4 ray, bool fresh) {
     return vec4(fresh ? mix(shade, vec3(1.0), 0.35) : shade, 1.0);
 #else
     // What a camera flies up to shows more of itself from frame to frame than one ray in a block tells.
-    float rush = g_rush / n.distance_m, new = u_mode == STILL ? 0.0 : rush * rush / (1.0 + rush * rush);
+    float rush = g_rush / n.distance_m,
+        new = u_mode == STILL ? 0.0 : max(rush * rush / (1.0 + rush * rush), history.young);
     vec4 color = history.valid
         ? mix(fresh ? mix(history.clamped, ray, u_weight) : history.clamped, n.upsampled, new)
         : fresh && u_checkerboard < 0 ? ray : n.upsampled;
