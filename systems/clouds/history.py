@@ -27,7 +27,7 @@ _WIDER, _WIDER_IN_NEW_LIGHT = 1.0, 0.2
 """What history may be more, on both sides, than this frame's rays around have seen, of what these span: they lie blocks
 apart, and light peaks between them. Held to no more than they see, a deck of cloud has three quarters of its relief."""
 _NEW_LIGHT_FRAMES = 4
-"""For so long another light is new: what is left of the old one would be seen as dots, pixels with and without a ray."""
+"""For so long another light is new: what is left of the old one would be seen as dots, pixels without a ray in it."""
 _TURNS_AT_PLACE = 4
 """At least: far rays take steps longer than what they meet, and are sampled evenly by rays through the same place."""
 _MOST_CHANCE = 0.25
@@ -135,8 +135,8 @@ class History:
         self._count, self._index, self.mode = 0, 0, NONE
 
     def begin(self, frame: Frame, stamp: object, weather: object = None, light: object = None) -> None:
-        """Choose what this frame does. stamp: equal while the clouds themselves are; weather: while its maps are; light:
-        while it comes through the same maps of the shadow."""
+        """Choose what this frame does. stamp: equal while the clouds themselves are; weather: while its maps are;
+        light: while it comes through the same maps of the shadow."""
         self._lit = self._lit + 1 if light == self._light else 0
         self._light = light
         self.wider = _WIDER if self._lit >= _NEW_LIGHT_FRAMES else _WIDER_IN_NEW_LIGHT

@@ -1,4 +1,4 @@
-"""A deck of cloud from above keeps its relief while frames go on: against means of many rays through parts of pixels."""
+"""A deck of cloud keeps its relief while frames go on: held to a mean of many rays through parts of pixels."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ def kept(found: Floats, truth: Floats) -> float:
 
 
 def test_a_settled_deck_has_its_relief(truth: Floats) -> None:
-    """A still camera's mean is that of a picture with many samples: 0.99 of it. A frame by itself has a ray for 16 pixels,
-    and 0.62 of it."""
+    """A still camera's mean has 0.99 of what a picture with many samples has. A frame by itself has a ray for 16
+    pixels, and 0.62 of it."""
     scene, view = deck()
     with pf.Renderer(scene, SIZE, "medium") as renderer:
         renderer.settle(camera_of(view), 0.0, view.sun)
@@ -86,8 +86,8 @@ def test_a_settled_deck_has_its_relief(truth: Floats) -> None:
 @pytest.mark.parametrize(("way_m", "least"), [(0.0, 0.75), (8.0, 0.72)], ids=["stands", "flies"])
 def test_a_deck_keeps_its_relief_while_time_goes_on(way_m: float, least: float, truth: Floats) -> None:
     """After a cut, 80 frames of a camera that stands or flies 8 m a frame. While each frame's history was looked up
-    where anti-aliasing moved it, and was held to what rays four pixels apart had seen, 0.48 and 0.46 were left; now 0.86
-    and 0.83."""
+    where anti-aliasing moved it, and was held to what rays four pixels apart had seen, 0.48 and 0.46 were left; now
+    0.86 and 0.83."""
     scene, view = deck()
     frames = 80
     with pf.Renderer(scene, SIZE, "medium") as renderer:

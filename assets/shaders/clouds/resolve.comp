@@ -30,7 +30,7 @@ layout(location = 6) uniform vec2 u_previous_per_scale;
 layout(location = 9) uniform vec2 u_previous_offset;
 layout(location = 10) uniform vec2 u_offset;               // frame.projection_offset without the frame's jitter
 layout(location = 7) uniform float u_weight;               // of this frame's ray where there is a history
-layout(location = 11) uniform float u_wider;                // than what rays have seen history may be, of what they span
+layout(location = 11) uniform float u_wider;               // history may be than what rays have seen, of their span
 // of the checkerboard of blocks with a ray of this frame, as in view_ray.glsl
 layout(location = 8) uniform int u_checkerboard;
 
@@ -131,8 +131,8 @@ Neighbours neighbours_at(FourRays r, vec2 share, float depth) {
     return Neighbours(low, high, clamp(blend(r.color, weight * per), low, high), per * dot(weight, r.distance_m));
 }
 
-// By a cubic (Catmull and Rom 1974): what moves is looked up anew in each frame, and linear look-ups would leave half of
-// its relief. One linear look-up has the four texels around; of the eight beside them, which have small weights, one of
+// By a cubic (Catmull and Rom 1974): what moves is looked up anew in each frame, and linear look-ups would leave half
+// of its relief. One linear look-up has the four texels around; of the eight beside them, which have small weights, one of
 // two is enough. The corners' weights count for the middle.
 vec4 history_at(vec2 uv) {
     vec2 at = uv * g_size - 0.5, first = floor(at), f = at - first, less = 0.5 * f * (1.0 - f),
@@ -161,8 +161,8 @@ History reprojected(FourRays r, Neighbours n, ivec2 pixel, float depth) {
     float then_depth = textureLod(u_history_depth, uv, 0.0).r;
     vec2 alike = u_mode == STILL || depth <= 0.0 ? vec2(depth) : vec2(min(depth, r.farthest), max(depth, r.nearest));
     bool valid = inside && then_depth >= SAME_SURFACE * alike.x && SAME_SURFACE * then_depth <= alike.y;
-    // A pixel that has been in the picture for a few frames only has had no ray of its own. What it shows is the mean of
-    // what the rays around it have told in all of these: of one frame alone, columns that came in one after the other
+    // A pixel that has been in the picture for a few frames only has had no ray of its own. What it shows is the mean
+    // of what the rays around it have told in all of these: of one frame alone, columns that came in one after the other
     // would be seen as stripes. At this pace it came in so many frames ago:
     vec2 motion = ndc - here, per_frames = abs(motion) / max(1.0 - here * sign(motion), 1e-4);
     float per = max(per_frames.x, per_frames.y), young = max(per / (1.0 + per) - GROWN, 0.0);
