@@ -132,8 +132,8 @@ Neighbours neighbours_at(FourRays r, vec2 share, float depth) {
 }
 
 // By a cubic (Catmull and Rom 1974): what moves is looked up anew in each frame, and linear look-ups would leave half
-// of its relief. One linear look-up has the four texels around; of the eight beside them, which have small weights, one of
-// two is enough. The corners' weights count for the middle.
+// of its relief. One linear look-up has the four texels around; of the eight beside them, which have small weights, one
+// of two is enough. The corners' weights count for the middle.
 vec4 history_at(vec2 uv) {
     vec2 at = uv * g_size - 0.5, first = floor(at), f = at - first, less = 0.5 * f * (1.0 - f),
         middle = (first + 0.5 + f - less * (1.0 - less) * (1.0 - 2.0 * f)) * g_per_pixel,
@@ -162,8 +162,8 @@ History reprojected(FourRays r, Neighbours n, ivec2 pixel, float depth) {
     vec2 alike = u_mode == STILL || depth <= 0.0 ? vec2(depth) : vec2(min(depth, r.farthest), max(depth, r.nearest));
     bool valid = inside && then_depth >= SAME_SURFACE * alike.x && SAME_SURFACE * then_depth <= alike.y;
     // A pixel that has been in the picture for a few frames only has had no ray of its own. What it shows is the mean
-    // of what the rays around it have told in all of these: of one frame alone, columns that came in one after the other
-    // would be seen as stripes. At this pace it came in so many frames ago:
+    // of what the rays around it have told in all of these: of one frame alone, columns that came in one after the
+    // other would be seen as stripes. At this pace it came in so many frames ago:
     vec2 motion = ndc - here, per_frames = abs(motion) / max(1.0 - here * sign(motion), 1e-4);
     float per = max(per_frames.x, per_frames.y), young = max(per / (1.0 + per) - GROWN, 0.0);
     vec4 color = history_at(uv);
