@@ -23,6 +23,11 @@ _TELEPORT_HEIGHTS, _TELEPORT_M = 0.25, 100.0
 _CUT_COSINE = 0.5
 _SUN_JUMP_COSINE = float(np.cos(np.radians(2.0)))
 _WEATHER_JUMP_S = 120.0
+_WIDER, _WIDER_IN_NEW_LIGHT = 1.0, 0.2
+"""What history may be more, on both sides, than this frame's rays around have seen, of what these span: they lie blocks
+apart, and light peaks between them. Held to no more than they see, a deck of cloud has three quarters of its relief."""
+_NEW_LIGHT_FRAMES = 4
+"""For so long another light is new: what is left of the old one would be seen as dots, pixels without a ray in it."""
 _TURNS_AT_PLACE = 4
 """At least: far rays take steps longer than what they meet, and are sampled evenly by rays through the same place."""
 _MOST_CHANCE = 0.25
@@ -86,7 +91,8 @@ class History:
     mode: NONE, MOVING or STILL. place: of this frame's rays. complete: the rays of the moment that is shown are all
     there. checkerboard: which blocks have a ray in this frame, 0 or 1; -1: all. pattern, weight: of this frame's rays.
     inside: where in their pixels they go, from the middle, in pixels. turns: rays of each pixel of a still picture.
-    turn, shift_m, projection: from this camera to the one before.
+    wider: what history may be more than this frame's rays around have seen, of what these span.
+    turn, shift_m, projection: from this camera to the one before. offset: of this camera's projection, without jitter.
     """
 
     def __init__(self, stride: int, samples: int, radius_m: float, every: int = 1) -> None:
@@ -106,6 +112,10 @@ class History:
         self.turn: Floats = np.eye(3)
         self.shift_m: Floats = np.zeros(3)
         self.projection = (1.0, 1.0, 0.0, 0.0)
+        self.offset = (0.0, 0.0)
+        self.wider = _WIDER
+        self._light: object = None
+        self._lit = 0
 
     @property
     def complete(self) -> bool:
@@ -124,8 +134,12 @@ class History:
         """There is no content of the last frame after all."""
         self._count, self._index, self.mode = 0, 0, NONE
 
-    def begin(self, frame: Frame, stamp: object, weather: object = None) -> None:
-        """Choose what this frame does. stamp: equal while the clouds themselves are; weather: while its maps are."""
+    def begin(self, frame: Frame, stamp: object, weather: object = None, light: object = None) -> None:
+        """Choose what this frame does. stamp: equal while the clouds themselves are; weather: while its maps are;
+        light: while it comes through the same maps of the shadow."""
+        self._lit = self._lit + 1 if light == self._light else 0
+        self._light = light
+        self.wider = _WIDER if self._lit >= _NEW_LIGHT_FRAMES else _WIDER_IN_NEW_LIGHT
         now = _Moment(frame.camera, frame.sun.direction, frame.time_s, stamp, frame.size, weather)
         then, self._last = self._last, now
         same = then is not None and _same(now, then)
@@ -163,6 +177,7 @@ class History:
             self.shift_m = before.axes @ (now.camera.position_m - before.position_m)
             sx, sy, ox, oy = projection_terms(before)
             self.projection = (1.0 / sx, 1.0 / sy, ox, oy)
+            self.offset = projection_terms(now.camera)[2:]
 
     def give(self, program: Compute) -> None:
         """Which rays a frame follows, as uniforms of clouds/view_ray.glsl."""

@@ -42,11 +42,10 @@ most of the sea mirrors one of them."""
 
 
 class ShadowKey(NamedTuple):
-    """Which clouds throw a shadow. cuts, steady: of the maps of the weather."""
+    """Which clouds throw a shadow. cuts: of the maps of the weather."""
 
     clouds: CloudsRevision | None
     cuts: int
-    steady: bool
 
 
 class WeatherKey(NamedTuple):
@@ -236,8 +235,8 @@ class OurClouds(CloudMethod):
         proxy = frame.view.proxy
         field.place(proxy.anchor_m, radius, frame.time_s)
         present = bool(field.layers)
-        stamp = ShadowKey(self._stamp, charts.cuts, charts.steady)
-        self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present)
+        stamp = ShadowKey(self._stamp, charts.cuts)
+        self.shadow.place(frame, field.block, field.first, field.wind_m_s, stamp, radius, present, charts.steady)
         self._shafts.place(frame, field.block.highest_m, field.first[1], radius, shadow)
         shown.ubo.write(field.block)
         shown.placed = True
@@ -245,7 +244,7 @@ class OurClouds(CloudMethod):
         air = frame.world.try_resource(AIR_GENERATION)
         shares = charts.first.number, charts.second.number, charts.share
         weather = WeatherKey(*shares, air, shadow.maps.changes, tuple(shadow.drawn))
-        shown.history.begin(frame, self._stamp, weather)
+        shown.history.begin(frame, self._stamp, weather, weather.drawn)
         place = (frame.camera.position_m.tobytes(), frame.sun.direction.tobytes(), frame.time_s)
         shows = SkyKey(*place, self._stamp, self._steps, weather, self.field.mirrored)
         shown.sky.begin(shows, frame.cut or frame.one_shot or frame.settling)
@@ -381,6 +380,8 @@ class OurClouds(CloudMethod):
             for unit, texture in enumerate(textures):
                 texture.use(unit)
             before.use(3)
+            before.use(6)
+            self._nearest.use(6)
             surface.use(4)
             (textures[0] if history.checkerboard < 0 else upsampled).use(5)
             if shown is self._resolve:  # the picture of validity is none of light
@@ -393,8 +394,11 @@ class OurClouds(CloudMethod):
             shown.set("u_camera_shift_m", tuple(map(float, history.shift_m)))
             shown.set("u_previous_per_scale", history.projection[:2])
             shown.set("u_previous_offset", history.projection[2:])
+            shown.set("u_offset", history.offset)
+            shown.set("u_wider", history.wider)
             # Pixels before the first rays are another cell's.
             shown.run_over(textures[0].width + 1, textures[0].height + 1)
+            self._nearest.clear(6)
 
         return run
 

@@ -48,6 +48,8 @@ class ShadowMap:
     stamp: object = None
     sun: Floats = field(default_factory=lambda: np.zeros(3))
     time_s: float = math.inf
+    steady: bool = True
+    """Whether the weather that it shows is what its time asked for, and no stand-in."""
 
 
 @dataclass
@@ -75,6 +77,7 @@ class ShadowMaps:
         """How often a map that was made took another's place, which a still camera sees."""
         self.texture: moderngl.Texture | None = None
         """Which they were drawn into."""
+        self._steady = True
         self._before: tuple[Floats, Floats, float] | None = None
         self._pace = (0.0, 0.0, 0.0)
         self._steps: deque[float] = deque(maxlen=_USUAL_FRAMES)
@@ -114,8 +117,10 @@ class ShadowMaps:
         if self.making is not None and self.making.number < self.finest:
             self.making = None
 
-    def follow(self, foot: Floats, sun: Floats, time_s: float) -> None:
-        """Once a frame: how fast camera, sun and time go."""
+    def follow(self, foot: Floats, sun: Floats, time_s: float, steady: bool = True) -> None:
+        """Once a frame: how fast camera, sun and time go. steady: the weather is what the time asks for; maps of a
+        stand-in are then due, but shown until they are drawn anew, for they differ little."""
+        self._steady = steady
         before, self._before = self._before, (foot, sun, time_s)
         if before is not None:
             away, turned = foot - before[0], sun - before[1]
@@ -146,7 +151,8 @@ class ShadowMaps:
             texel_m = 2.0 * held.half_m / self.texels
             drifted = abs(time_s - held.time_s) * max(wind_m_s, 1.0) > _DRIFTED_TEXELS * texel_m
             turned = float(np.abs(sun - held.sun).max()) > _SUN_STEP_RAD
-            if held.stamp != stamp or moved or drifted or turned:
+            stood_in = self._steady and not held.steady
+            if held.stamp != stamp or moved or drifted or turned or stood_in:
                 found.append(number)
         return found
 
@@ -156,14 +162,18 @@ class ShadowMaps:
         """The map is about to be drawn around `foot`, all of it. alone: for a picture that hangs on no other."""
         half_m = self.maps[number].half_m
         where = (sun, time_s, stamp, radius_m)
-        held = self.maps[number] = _placed(half_m, foot, *where) if alone else self._placed(number, foot, *where)
+        held = _placed(half_m, foot, *where) if alone else self._placed(number, foot, *where)
+        held.steady = self._steady
+        self.maps[number] = held
         return held
 
     def begin(
         self, number: int, frames: int, foot: Floats, sun: Floats, time_s: float, stamp: object, radius_m: float
     ) -> None:
         """From now on the map is drawn in strips, around this foot."""
-        self.making = Making(number, self._placed(number, foot, sun, time_s, stamp, radius_m), frames)
+        held = self._placed(number, foot, sun, time_s, stamp, radius_m)
+        held.steady = self._steady
+        self.making = Making(number, held, frames)
 
     def _placed(
         self, number: int, foot: Floats, sun: Floats, time_s: float, stamp: object, radius_m: float

@@ -107,9 +107,10 @@ class ShadowPass:
 
     def place(
         self, frame: Frame, block: CloudViewBlock, first: tuple[float, float], wind_m_s: float, stamp: object,
-        radius_m: float, present: bool,
+        radius_m: float, present: bool, steady: bool,
     ) -> None:  # fmt: skip
-        """Where the maps lie, and which are due. first: base and thickness of the first layer, in metres."""
+        """Where the maps lie, and which are due. first: base and thickness of the first layer, in metres. steady: the
+        weather is what the time asks for, and no stand-in."""
         base_m, thickness_m = first
         proxy = frame.view.proxy
         own = self.of(frame.view)
@@ -118,7 +119,7 @@ class ShadowPass:
             maps.forget()
         maps.place(radius_m, thickness_m)
         foot, sun = frame.camera.direction, frame.sun.direction
-        maps.follow(foot, sun, frame.time_s)
+        maps.follow(foot, sun, frame.time_s, steady)
         top_m = block.highest_m
         camera = frame.camera
         pixel_rad = frame.pixel_rad

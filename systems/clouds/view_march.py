@@ -179,7 +179,7 @@ class ViewMarch:
         history.give(program)
         # A ray without others beside it, from earlier frames, stands for its whole block. In a picture that stands
         # still each pixel will have its own; of a coarse one it is the mean of several, which filters enough.
-        wide = {NONE: 0.8, STILL: 0.0}.get(history.mode, 0.4) * self._picture.block_px
+        wide = {NONE: 0.8, STILL: 0.0}.get(history.mode, 0.3) * self._picture.block_px
         program.set("u_width", max(1.0, wide))
 
     def _bind_classify(

@@ -269,6 +269,25 @@ def test_maps_that_the_camera_outruns_are_let_go_of() -> None:
     assert finest([1e8] * 8) >= 3
 
 
+def test_maps_of_a_stand_in_are_due_and_stay() -> None:
+    """Weather that is not what the time asks for makes no map due; when it is, those that were drawn meanwhile are."""
+    radius, sun, foot = 6.36e6, np.array([0.6, 0.8, 0.0]), np.array([1.0, 0.0, 0.0])
+    maps = ShadowMaps(128)
+    maps.place(radius, 2000.0)
+    here = (foot, sun, 0.0, 10.0, "weather", radius)
+    maps.follow(foot, sun, 0.0, steady=True)
+    for number in range(len(maps.maps)):
+        maps.move(number, foot, sun, 0.0, "weather", radius)
+    assert maps.due(*here) == []
+    maps.follow(foot, sun, 0.0, steady=False)
+    assert maps.due(*here) == []
+    maps.move(0, foot, sun, 0.0, "weather", radius, alone=True)
+    maps.begin(1, 4, foot, sun, 0.0, "weather", radius)
+    maps.follow(foot, sun, 0.0, steady=True)
+    assert maps.finish() == 1 and maps.due(*here) == [0, 1]
+    assert all(held.stamp == "weather" for held in maps.maps)
+
+
 def test_strips_cost_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fine map, with several times the steps of the others, has as many more of the frames. Their sum stays under a
     high sun; a low one, whose rays take up to eight times the steps, has up to the root of that as many."""
