@@ -104,7 +104,7 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[n
     size = plants.heights_m + plants.radii_m
     near = np.flatnonzero(away[which] < _WINDOWS * size[which])
     rows["window"][near] = windows(rows[near], up[which[near]], camera)
-    return rows, _crown_m(plants, offset, up)[which]
+    return rows, _crown_m(plants.only(which), offset[which], up[which])
 
 
 def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> Floats:

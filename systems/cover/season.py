@@ -7,18 +7,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AUTUMN", "SUMMER", "TWIGS_OPEN", "Leaves", "leaves_at"]
+__all__ = ["AUTUMN", "LIKE_BARK", "SUMMER", "TWIGS_OPEN", "Leaves", "leaves_at"]
 
 Floats = NDArray[np.float64]
 
-_TROPICS, _TEMPERATE = 23.0, 40.0
-"""Latitudes below which trees keep their leaves, and from which all shed them, degrees."""
+_TROPICS, _TEMPERATE = 0.391, 0.643
+"""Sines of latitudes, 23 and 40 degrees, below which trees keep their leaves, and from which all shed them; as SHEDS of
+assets/shaders/terrain/shade.comp."""
 _TURN = (0.68, 0.80)
 """Share of the year, from midwinter on, in which leaves turn."""
 _FALL = (0.82, 0.92)
 _GONE = (0.10, 0.22)
 """In which the last that have turned go, where only some trees shed theirs."""
 _BUD = (0.22, 0.34)
+LIKE_BARK = 0.9
+"""How far a crown's colour goes to that of bark as it loses its leaves; as in assets/shaders/cover/gbuffer.frag."""
 TWIGS_OPEN = 0.5
 """Share of a crown that one without leaves no longer hides."""
 AUTUMN: Floats = np.array([[0.35, 0.19, 0.02], [0.30, 0.10, 0.015], [0.20, 0.04, 0.02], [0.17, 0.13, 0.03]])
@@ -38,10 +41,11 @@ class Leaves(NamedTuple):
 SUMMER = Leaves(0.0, 0.0)
 
 
-def leaves_at(season: float, latitude_deg: float) -> Leaves:
-    """season: time of year, 0..1, 0 midwinter of the northern half; the southern is half a year apart."""
-    year = float(np.mod(season + (0.5 if latitude_deg < 0.0 else 0.0), 1.0))
-    share = float(np.clip((abs(latitude_deg) - _TROPICS) / (_TEMPERATE - _TROPICS), 0.0, 1.0))
+def leaves_at(season: float, sine: float) -> Leaves:
+    """season: time of year, 0..1, 0 midwinter of the northern half; the southern is half a year apart. sine: of the
+    latitude."""
+    year = float(np.mod(season + (0.5 if sine < 0.0 else 0.0), 1.0))
+    share = float(np.clip((abs(sine) - _TROPICS) / (_TEMPERATE - _TROPICS), 0.0, 1.0))
 
     def ramp(ends: tuple[float, float]) -> float:
         return float(np.clip((year - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))

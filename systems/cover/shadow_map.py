@@ -34,8 +34,10 @@ class CoverMapBlock:
     middle_m: Annotated[Vec3, "from the camera"]
     per_m: Annotated[float, "1 / half its side"]
     per_depth_m: Annotated[float, "1 / metres of leaves that are dark"]
-    broadleaf: Annotated[Vec3, "albedo of leaves"]
+    broadleaf: Annotated[Vec3, "albedo of leaves, which the tropics keep"]
     conifer: Vec3
+    north: Annotated[Vec4, "where they shed them: albedo, and share of crowns that hides"]
+    south: Vec4
     crowns: Annotated[float, "area of all crowns of a deep forest of broadleaves over its ground's"]
     grass: Annotated[float, "share of what may grow that does"]
     grass_tall: Annotated[float, "height of grass over what it is by default"]
@@ -47,10 +49,12 @@ class CoverMapBlock:
 
 
 class Forest(NamedTuple):
-    """What distant forests and grass look like: albedos of leaves (3,); others as CoverMapBlock has them."""
+    """What distant forests and grass look like; as CoverMapBlock has them."""
 
     broadleaf: Floats
     conifer: Floats
+    north: Floats
+    south: Floats
     crowns: float
     grass: float = 0.0
     grass_tall: float = 1.0
@@ -103,6 +107,8 @@ class ShadowMap:
                 per_depth_m=0.5 / self.texel_m,
                 broadleaf=forest.broadleaf,
                 conifer=forest.conifer,
+                north=forest.north,
+                south=forest.south,
                 crowns=forest.crowns,
                 grass=forest.grass,
                 grass_tall=forest.grass_tall,

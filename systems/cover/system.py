@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ...components import Cover, Ocean, Planet, Terrain, Wind
 from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER, TREE_BUFFER
@@ -23,7 +24,6 @@ from ...engine.gpu import GpuScope
 from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
-from ...engine.space.axes import latitude_longitude
 from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
@@ -31,7 +31,7 @@ from .felling import GROWS
 from .growth import Growing
 from .near import Near
 from .records import TREE_DTYPE, in_detail, seen
-from .season import AUTUMN, SUMMER, TWIGS_OPEN, Leaves, leaves_at
+from .season import AUTUMN, LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .stand import LAYERS, NOTHING, SHRUBS, Plants, crowns
 from .sway import STILL, sway_at
@@ -63,7 +63,7 @@ class _CoverView(ViewParts):
         self.nears = tuple(Near(layer) for layer in LAYERS)
         self.plants, self.revision = NOTHING, ()
         self.sway, self.leaves = STILL, SUMMER
-        self.forest = Forest(np.zeros(3), np.zeros(3), 0.0)
+        self.forest = Forest(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), 0.0)
         self.key: _SeenKey | None = None
         self.count, self.detailed = 0, (0, 0)
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
@@ -147,14 +147,13 @@ class CoverSystem(System):
         view.frame = frame
         view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
         self._use_colours(cover, revision(component, *_COLOURS))
-        latitude_deg, _ = latitude_longitude(frame.camera.position_m)
-        view.leaves = leaves_at(cover.season, float(latitude_deg))
+        height = float(np.linalg.norm(frame.camera.position_m))
+        direction = frame.camera.position_m / height
+        view.leaves = leaves_at(cover.season, float(direction[2]))
         view.forest = self._forest(cover, view.leaves)
         ground: Any = frame.world.try_resource(HEIGHT_FIELD)
         terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
         reach = float(self._settings["cover.reach_m"])
-        height = float(np.linalg.norm(frame.camera.position_m))
-        direction = frame.camera.position_m / height
         if (
             ground is None
             or max(cover.density, cover.shrubs) <= 0.0
@@ -204,11 +203,14 @@ class CoverSystem(System):
 
     def _forest(self, cover: Cover, leaves: Leaves) -> Forest:
         broadleaf, conifer, bark = self._albedos
-        turned = broadleaf + leaves.turned * (self._autumn.mean(axis=0) - broadleaf)
-        seen = turned + 0.9 * leaves.bare * (bark - turned)
-        hidden = crowns(cover) * (1.0 - TWIGS_OPEN * leaves.bare)
-        return Forest(seen, conifer, hidden, cover.grass, cover.grass_m / GRASS_GIVEN_M,
-                      cover.flowers * (1.0 - leaves.bare))  # fmt: skip
+
+        def half(sine: float) -> NDArray[np.float64]:
+            turned, bare = leaves_at(cover.season, sine)
+            seen = broadleaf + turned * (self._autumn.mean(axis=0) - broadleaf)
+            return np.append(seen + LIKE_BARK * bare * (bark - seen), 1.0 - TWIGS_OPEN * bare)
+
+        tall, flowers = cover.grass_m / GRASS_GIVEN_M, cover.flowers * (1.0 - leaves.bare)
+        return Forest(broadleaf, conifer, half(1.0), half(-1.0), crowns(cover), cover.grass, tall, flowers)
 
     def settled(self, view: View) -> bool:
         return all(near.complete for near in self._view(view).nears)

@@ -7,13 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from cover_kit import PLACE, names_of, woods
 
 import planetfall as pf
 from planetfall.engine.frame.gbuffer import Surface
 
 EARTH = pf.Planet().radius_m
-PLACE = pf.direction(9.23, 29.98)
-"""In a closed forest."""
 EAST = np.cross((0.0, 0.0, 1.0), PLACE)
 EAST /= np.linalg.norm(EAST)
 NORTH = np.cross(PLACE, EAST)
@@ -21,19 +20,13 @@ NORTH = np.cross(PLACE, EAST)
 
 @pytest.fixture
 def scene():
-    with pf.load_scene("woods") as found:
-        found.planet[pf.Terrain].rivers = 0.0  # nobody waits for them
-        found.planet.remove(pf.Clouds)
+    with woods() as found:
         yield found
 
 
 def beside(east_m: float, north_m: float) -> np.ndarray:
     """A place near PLACE, planet-centred."""
     return PLACE * EARTH + east_m * EAST + north_m * NORTH
-
-
-def names_of(trees) -> set[tuple[int, ...]]:
-    return set(map(tuple, trees.names.tolist()))
 
 
 def test_a_mask_takes_trees_and_moves_none(scene):
@@ -216,12 +209,18 @@ def test_no_tree_stands_on_a_road(scene):
         (lambda: pf.clearing(PLACE * EARTH, np.nan), r"radius_m: expected metres above 0"),
         (lambda: pf.clearing([0.0, 0.0, 0.0], 1.0), r"place_m\[0\]: expected finite metres, not the centre"),
         (lambda: pf.clearing(np.eye(3) * EARTH, 1.0), r"place_m: expected one place \(3,\), found 3"),
-        (lambda: pf.road(PLACE * EARTH, 3.0), r"points_m: expected two points or more, found 1; .* pf\.clearing"),
+        (
+            lambda: pf.road(PLACE * EARTH, 3.0),
+            r"points_m: expected two points or more, found 1; .* pf\.clearing",
+        ),
         (
             lambda: pf.road([[1.0, 2.0]], 3.0),
             r"points_m: expected planet-centred metres \(N, 3\), found shape \(1, 2\)",
         ),
-        (lambda: pf.road([PLACE * EARTH, PLACE * np.nan], 3.0), r"points_m\[1\]: expected finite metres"),
+        (
+            lambda: pf.road([PLACE * EARTH, PLACE * np.nan], 3.0),
+            r"points_m\[1\]: expected finite metres",
+        ),
         (lambda: pf.road("up", 3.0), r"points_m: expected planet-centred metres \(N, 3\), found 'up'"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cover_kit import PLACE, names_of, woods
 
 import planetfall as pf
 from planetfall.engine.frame.gbuffer import Surface
@@ -13,26 +14,18 @@ from planetfall.systems.cover.near import Near
 from planetfall.systems.cover.shadow_map import ShadowMap
 from planetfall.systems.cover.stand import Plot
 
-PLACE = pf.direction(9.23, 29.98)
-"""In a closed forest."""
 OVERRIDES = {"cover.reach_m": 80.0, "composite.antialiasing": "none"}
 
 
 @pytest.fixture
 def scene():
-    with pf.load_scene("woods") as found:
-        found.planet[pf.Terrain].rivers = 0.0  # nobody waits for them
-        found.planet.remove(pf.Clouds)
+    with woods() as found:
         yield found
 
 
 @pytest.fixture
 def sampler(scene):
     return pf.CoverSampler(scene)
-
-
-def names_of(trees) -> set[tuple[int, ...]]:
-    return set(map(tuple, trees.names.tolist()))
 
 
 # -- answers ---------------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from app_kit import app_of
+from cover_kit import PLACE, woods
 from flight_kit import EARTH, pose_at
 
 import planetfall as pf
@@ -15,16 +16,12 @@ from planetfall.systems.cover.stand import Plants, Species
 from planetfall.systems.cover.trunks import TREE_TRUNK, Trunks, touch
 from planetfall.systems.flight import FlightInput, Ground, WalkFlight, WalkLimits
 
-PLACE = pf.direction(9.23, 29.98)
-"""In a closed forest."""
 TREE = pf.ASSETS / "shaders" / "cover" / "tree.glsl"
 
 
 @pytest.fixture(scope="module")
 def scene():
-    with pf.load_scene("woods") as found:
-        found.planet[pf.Terrain].rivers = 0.0  # nobody waits for them
-        found.planet.remove(pf.Clouds)
+    with woods() as found:
         yield found
 
 
@@ -180,7 +177,10 @@ def test_far_from_trees_there_is_none(scene, sampler):
         (lambda s: s.sphere_contact(np.eye(3), [1, 2, 2e3]), r"radii_m\[2\]: expected at most 1000 m, found 2000"),
         (lambda s: s.bodies(PLACE, -1.0), r"radius_m: expected metres above 0"),
         (lambda s: s.bodies(np.eye(3), 10.0), r"direction: expected one, \(3,\), found 3"),
-        (lambda s: s.bodies(PLACE, 10.0, frame=3), r"frame: expected a TerrainPatch or \(origin_m, axes\), found 3"),
+        (
+            lambda s: s.bodies(PLACE, 10.0, frame=3),
+            r"frame: expected a TerrainPatch or \(origin_m, axes\), found 3",
+        ),
     ],
 )
 def test_bad_input_is_named(sampler, call, message):

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from cover_kit import woods
 
 import planetfall as pf
 from planetfall.engine.blocks.bindings import MATERIAL_BLOCK, PLANET_BLOCK
@@ -29,9 +30,7 @@ PLACE = (9.9122, 38.11012)
 
 @pytest.fixture(scope="module")
 def scene():
-    with pf.load_scene("woods") as found:
-        found.planet[pf.Terrain].rivers = 0.0  # nobody waits for them
-        found.planet.remove(pf.Clouds)
+    with woods() as found:
         yield found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cover_kit import woods
 
 import planetfall as pf
 from planetfall.engine.frame.gbuffer import Surface
@@ -13,9 +14,7 @@ SIZE = (240, 135)
 
 @pytest.fixture(scope="module")
 def scene():
-    with pf.load_scene("woods") as found:
-        found.planet[pf.Terrain].rivers = 0.0
-        found.planet.remove(pf.Clouds)
+    with woods() as found:
         found.planet[pf.Cover].flowers = 0.0
         yield found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cover_kit import woods
 
 import planetfall as pf
 from planetfall.engine.frame.gbuffer import Surface
@@ -12,11 +13,15 @@ from planetfall.systems.cover.season import SUMMER, leaves_at
 YEAR = np.linspace(0.0, 1.0, 2001)
 
 
+def sine(latitude_deg: float) -> float:
+    return float(np.sin(np.deg2rad(latitude_deg)))
+
+
 @pytest.mark.parametrize("latitude_deg", [-90.0, -45.0, -30.0, 0.0, 23.0, 31.5, 40.0, 90.0])
 def test_leaves_go_gradually_all_year(latitude_deg):
     """New Year's included: no step is larger than the steepest ramp makes, but when bare trees have no leaves left
     whose colour could be seen."""
-    found = [leaves_at(float(t), latitude_deg) for t in YEAR]
+    found = [leaves_at(float(t), sine(latitude_deg)) for t in YEAR]
     turned, bare = np.array(found).T
     assert ((turned >= 0.0) & (turned <= 1.0) & (bare >= 0.0) & (bare <= 1.0)).all()
     step = YEAR[1] / 0.1 * 1.01
@@ -26,20 +31,18 @@ def test_leaves_go_gradually_all_year(latitude_deg):
 
 
 def test_the_tropics_keep_theirs_and_the_south_is_half_a_year_apart():
-    assert all(leaves_at(float(t), latitude) == SUMMER for t in YEAR for latitude in (0.0, 22.9, -22.9))
+    assert all(leaves_at(float(t), sine(latitude)) == SUMMER for t in YEAR for latitude in (0.0, 22.9, -22.9))
     for t in (0.1, 0.3, 0.5, 0.75, 0.9):
-        assert leaves_at(t, 50.0) == pytest.approx(leaves_at((t + 0.5) % 1.0, -50.0))
-    assert leaves_at(0.5, 50.0) == SUMMER
-    assert leaves_at(0.81, 50.0).turned == 1.0 and leaves_at(0.0, 50.0).bare == 1.0
+        assert leaves_at(t, 0.8) == pytest.approx(leaves_at((t + 0.5) % 1.0, -0.8))
+    assert leaves_at(0.5, 0.8) == SUMMER
+    assert leaves_at(0.81, 0.8).turned == 1.0 and leaves_at(0.0, 0.8).bare == 1.0
 
 
 @pytest.fixture(scope="module")
 def pictures():
     """Radiance and which pixels show trees, by season."""
     found = {}
-    with pf.load_scene("woods") as scene:
-        scene.planet[pf.Terrain].rivers = 0.0
-        scene.planet.remove(pf.Clouds)
+    with woods() as scene:
         overrides = {"cover.reach_m": 150.0, "composite.antialiasing": "none"}
         with pf.Renderer(scene, size=(160, 90), quality="low", overrides=overrides) as renderer:
             for season in (0.5, 0.8, 0.0):
@@ -68,13 +71,36 @@ def test_in_winter_more_of_the_sky_shows(pictures):
 def test_an_override_reaches_it():
     """As `planetfall render --set cover.season=0.8` has it."""
     red = []
-    for overrides in ({}, {"cover.season": 0.8}):
-        with pf.load_scene("woods") as scene:
-            scene.planet[pf.Terrain].rivers = 0.0
-            scene.planet.remove(pf.Clouds)
-            with pf.Renderer(scene, (96, 54), "low", overrides={"cover.reach_m": 60.0, **overrides}) as renderer:
-                view = pf.view("woodland", scene.planet)
-                renderer.settle(view)
-                picture = renderer.render(view)["color"].astype(float)
-                red.append(picture[..., 0].mean() / picture.mean())
+    for change in ({}, {"cover.season": 0.8}):
+        overrides = {"cover.reach_m": 60.0, **change}
+        with woods() as scene, pf.Renderer(scene, (96, 54), "low", overrides=overrides) as renderer:
+            view = pf.view("woodland", scene.planet)
+            renderer.settle(view)
+            picture = renderer.render(view)["color"].astype(float)
+            red.append(picture[..., 0].mean() / picture.mean())
     assert red[1] > 1.05 * red[0]
+
+
+def test_forests_seen_from_space_turn_where_they_shed():
+    """Each place by its own latitude, wherever the camera is."""
+    seen = {}
+    with (
+        woods() as scene,
+        pf.Renderer(scene, (240, 135), "low", overrides={"composite.antialiasing": "none"}) as renderer,
+    ):
+        camera = pf.Camera.at(35.0, 140.0, 1.2e7, pitch_deg=-90.0)
+        sun = pf.Sun(elevation_deg=70.0, azimuth_deg=180.0, latitude_deg=35.0, longitude_deg=140.0)
+        for season in (0.5, 0.79):
+            scene.planet[pf.Cover].season = season
+            renderer.settle(camera)
+            out = renderer.render(camera, sun=sun, outputs=("radiance", "position", "surface"))
+            seen[season] = {name: value.copy() for name, value in out.items()}
+        place = seen[0.5]["position"] + renderer.camera_state(camera).position_m
+    land = seen[0.5]["surface"] == Surface.TERRAIN
+    north = place[..., 2] / np.linalg.norm(place, axis=-1)
+    turned = seen[0.79]["radiance"] / seen[0.5]["radiance"]
+    redder = turned[..., 0] / turned[..., 1]
+    tropics, temperate = land & (abs(north) < 0.38), land & (north > 0.65)
+    assert tropics.sum() > 200 and temperate.sum() > 200
+    assert np.abs(redder[tropics] - 1.0).max() < 1e-3
+    assert (redder[temperate] > 1.05).mean() > 0.05 and (redder[temperate] > 0.98).all()

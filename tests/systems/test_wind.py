@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from cover_kit import woods
 
 import planetfall as pf
 from planetfall.components.wind import ALOFT, blown
@@ -111,9 +112,7 @@ def test_a_bad_speed_is_refused(speed_m_s):
 
 @pytest.fixture(scope="module")
 def scene():
-    with pf.load_scene("woods") as found:
-        found.planet[pf.Terrain].rivers = 0.0
-        found.planet.remove(pf.Clouds)
+    with woods() as found:
         yield found
 
 

@@ -73,11 +73,7 @@ vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
 // Albedo of what stands on the ground: stones of both colours of rock, plants of those around, bushes of forest.
 vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint) * (1.0 + 0.35 * clutter.tint);
-#ifdef GROUND_COVER
-    vec3 tree = mix(cover_map.broadleaf, cover_map.conifer, 0.3) * (1.0 + 0.3 * clutter.tint);
-#else
     vec3 tree = FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint);
-#endif
     vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), tree, clutter.bush);
     leaves = leaves * (1.0 - clutter.bloomed) + clutter.bloom;
     return mix(stone, leaves * clutter.light, clutter.plant);
@@ -167,6 +163,7 @@ void stand_clutter(
 const vec2 CANOPY_FROM = vec2(0.72, 1.0);   // shares of the trees' reach in which it takes over
 const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
 const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
+const vec2 SHEDS = vec2(0.391, 0.643);      // sines of latitudes between which broadleaves begin to shed their leaves
 const float CROWNS_HIDE = 0.75;             // share of a crown that takes the sun from others, for leaves pass light on
 const vec2 CROWNS_LIT = vec2(0.44, 0.30);   // of sun and sky that come to a crown, what its leaves throw back evenly
 
@@ -182,14 +179,16 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     far *= material.inland;
     // As systems/cover/stand.py has it.
     float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
-    float area = cover_map.crowns * grown * mix(1.0, CONIFERS_GROUND, conifer) * material.growth.trees
+    vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
+        ramp(SHEDS.x, SHEDS.y, abs(s.zenith.z)));
+    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * material.growth.trees
         * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);
     vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
     vec2 across = area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0));   // to the eye, to the sun
     vec2 between = exp(-across);
     float hidden = max(CROWNS_HIDE * across.y, 1e-3), reached = (1.0 - exp(-hidden)) / hidden / mu;
-    vec3 leaves = mix(cover_map.broadleaf, cover_map.conifer, conifer) * (1.0 + 0.35 * ground.grain);
+    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer) * (1.0 + 0.35 * ground.grain);
     vec3 sunlit = mix(leaves * (reached * CROWNS_LIT.x), material.albedo * between.y, between.x);
     vec3 skylit = mix(leaves * CROWNS_LIT.y, material.albedo * (0.5 + 0.5 * between.x), between.x);
     sunlit = mix(material.albedo, sunlit, far);
