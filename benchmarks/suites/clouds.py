@@ -12,7 +12,7 @@ from ..scenes import preset_scene
 from ..session import Bench, Session
 from ..target import Target, at_least, at_most
 from .clouds_paths import pathtraced
-from .clouds_pictures import curve, flown, memory, opacity, speed, sunlight
+from .clouds_pictures import curve, flown, memory, opacity, relief, speed, sunlight
 
 QUALITIES = ("low", "medium", "high", "ultra", "reference")
 MEDIANS = {"high": 3e-2, "reference": 1e-2}
@@ -157,7 +157,8 @@ def _cover(session: Session) -> None:
 
 
 BENCHES: Mapping[str, Bench] = {
-    "accuracy": _accuracy, "slab": _slab, "curve": curve, "speed": speed, "flown": flown, "paper": _paper,
+    "accuracy": _accuracy, "slab": _slab, "curve": curve, "speed": speed, "flown": flown, "relief": relief,
+    "paper": _paper,
     "repeats": _repeats, "cover": _cover, "sunlight": sunlight, "opacity": opacity, "memory": memory,
     "pathtraced": pathtraced,
 }  # fmt: skip

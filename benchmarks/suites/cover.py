@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 
-from ... import Clouds, Cover, CoverSampler, Scene, Sun, latitude_longitude, load_scene, view
+from ... import Clouds, Cover, CoverSampler, Scene, Sun, TerrainSampler, latitude_longitude, load_scene, view
 from ...engine.frame.gbuffer import Surface
 from ..measure.frames import RUN_UP, time_passes, turning
 from ..session import Bench, Session
@@ -100,6 +101,89 @@ def _light(session: Session) -> None:
             )  # fmt: skip
 
 
+PARTS: Mapping[str, tuple[str, dict[str, float], dict[str, float]]] = {
+    "grass and flowers": ("meadow", {"cover.grass": 0.0}, {}),
+    "shrubs": ("forest", {"cover.shrubs": 0.0}, {}),
+    "autumn": ("woodland", {}, {"cover.season": 0.8}),
+    "winter": ("woodland", {}, {"cover.season": 0.0}),
+}
+"""View, and overrides without it and with it."""
+
+
+def _parts(session: Session) -> None:
+    """A turning camera's frames with and without grass, shrubs, seasons, by turns; and mean light of land and trees
+    within 15 m with it over that without."""
+    size = (640, 360)
+    for quality in MOST:
+        for part, (name, *both) in PARTS.items():
+            with ExitStack() as stack:
+                scene = _woods(True)
+                renderers = [stack.enter_context(session.renderer(scene, size, quality, own)) for own in both]
+                frames = {str(k): turning(renderer, view(name)) for k, renderer in enumerate(renderers)}
+                found = time_variants(frames, session.runs(30, 8), RUN_UP)
+                wanted = ("radiance", "surface", "distance")
+                outs = [
+                    {
+                        key: value.copy()
+                        for key, value in renderer.render(view(name, scene.planet), outputs=wanted).items()
+                    }
+                    for renderer in renderers
+                ]
+            near = np.logical_and.reduce(
+                [np.isin(o["surface"], (Surface.TERRAIN, Surface.COVER)) & (o["distance"] < 15.0) for o in outs]
+            )
+            without, light = found["0"].ms, [float(o["radiance"][near].mean()) for o in outs]
+            session.row(
+                f"{quality}: {part}", name, size, found["1"], error=found["1"].ms / without, error_unit="times",
+                without_ms=without, light=light[1] / light[0],
+            )  # fmt: skip
+
+
+def _games(session: Session) -> None:
+    """What games ask of trees in a closed forest: contacts, bodies, and frames in which trees are felled."""
+    scene = _woods(True)
+    scene.planet.remove(Clouds)
+    sampler, seen = CoverSampler(scene), view("forest", scene.planet)
+    eye = view("canopy", scene.planet).camera.resolve(scene).position_m
+    up = eye / np.linalg.norm(eye)
+    foot = up * (scene.planet.radius_m + float(TerrainSampler(scene).height(up[None])[0]) + 1.0)
+    random = np.random.default_rng(7)
+
+    def spheres(count: int, within_m: float) -> np.ndarray:
+        aside = random.uniform(-within_m, within_m, (count, 3))
+        return foot + aside - (aside @ up)[:, None] * up
+
+    near, wide = spheres(200, 30.0), spheres(200, 300.0)
+    began = time.perf_counter()
+    sampler.sphere_contact(near[:1], 0.5)
+    session.row("contact of a sphere, the first near a place", "canopy", ms_once=1e3 * (time.perf_counter() - began))
+    asked = {
+        "contact of a sphere": lambda: sampler.sphere_contact(near[:1], 0.5),
+        "contacts of 200 spheres within 30 m": lambda: sampler.sphere_contact(near, 0.5),
+        "contacts of 200 spheres within 300 m": lambda: sampler.sphere_contact(wide, 0.5),
+        "bodies within 150 m": lambda: sampler.bodies(up, 150.0),
+    }
+    for name, timing in time_variants(asked, session.runs(20, 5), 2).items():
+        session.row(name, "canopy", timing=timing)
+    many = sampler.within(seen.camera.resolve(scene).position_m, 3000.0).names
+    trees = sampler.within(seen.camera.resolve(scene).position_m, 150.0).names
+    for quality in MOST:
+        for before in (0, 10_000):
+            for felling in (False, True):
+                scene.planet[Cover].felled = tuple(map(tuple, many[-before:].tolist())) if before else ()
+                left = list(trees)
+                with session.renderer(scene, (320, 180), quality) as renderer:
+                    frame = turning(renderer, seen)
+
+                    def felled(frame: Callable[[], None] = frame, left: list[np.ndarray] = left) -> None:
+                        sampler.fell(left.pop())
+                        frame()
+
+                    timing = time_variants({"": felled if felling else frame}, session.runs(28, 8), RUN_UP)[""]
+                each = ", a tree in each frame" if felling else ""
+                session.row(f"{quality}: {before} felled before{each}", "forest", (320, 180), timing)
+
+
 def _sampler(session: Session) -> None:
     """CoverSampler.within 300 m of a forest."""
     scene = _woods(True)
@@ -108,4 +192,11 @@ def _sampler(session: Session) -> None:
     session.row("within 300 m", "canopy", timing=timing, trees=len(sampler.within(place, 300.0)))
 
 
-BENCHES: Mapping[str, Bench] = {"cost": _cost, "far": _far, "light": _light, "sampler": _sampler}
+BENCHES: Mapping[str, Bench] = {
+    "cost": _cost,
+    "far": _far,
+    "light": _light,
+    "parts": _parts,
+    "games": _games,
+    "sampler": _sampler,
+}

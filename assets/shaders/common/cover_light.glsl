@@ -3,7 +3,7 @@
 //   float cover_light(vec3 point, float bias)     point: camera-relative metres, planet axes. Share of the sun that
 //                                                 trees leave to it, 0 .. 1. bias: metres towards the sun, left out
 //   vec3  cover_map.broadleaf, cover_map.conifer  albedos of their leaves
-//   vec4  cover_map.north, cover_map.south        of broadleaves where they shed them: albedo, share of crowns that hides
+//   vec4  cover_map.north, cover_map.south        where they shed them: albedo, share of crowns that hides
 //   float cover_map.crowns                        area of all crowns of a deep forest of broadleaves over its ground's
 
 struct CoverMap {
