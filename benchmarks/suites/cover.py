@@ -5,15 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from typing import Any
 
 import numpy as np
 
-from ... import Clouds, Cover, CoverSampler, Scene, Sun, TerrainSampler, latitude_longitude, load_scene, view
+from ... import Atmosphere, Clouds, Cover, CoverSampler, Scene, TerrainSampler, load_scene, view
 from ...engine.frame.gbuffer import Surface
+from ..measure import forests
 from ..measure.frames import RUN_UP, time_passes, turning
 from ..session import Bench, Session
-from ..target import Target, at_most
+from ..target import at_most
 from ..timing import time_variants
 
 __all__ = ["BENCHES"]
@@ -23,8 +23,6 @@ VIEWS, QUICK_VIEWS = (
     (*UNDER_TREES, "canopy", "treeline", "grove", "near", "valley", "fair", "high"),
     ("forest", "canopy", "near"),
 )
-FAR_SUNS_DEG = ((60.0, 0.0), (35.0, 90.0), (35.0, 180.0), (20.0, 270.0), (12.0, 120.0))
-"""Elevation and azimuth."""
 MOST: Mapping[str, tuple[float, float]] = {"low": (1.6, 1.25), "medium": (2.0, 1.4)}
 """By quality: of the views under trees, and of others, a frame with trees over the same without."""
 
@@ -53,32 +51,34 @@ def _cost(session: Session) -> None:
 
 
 def _far(session: Session) -> None:
-    """Mean radiance of forest within 500 m as the ground's far colour over that of trees as solids, for 20 pairs of
-    view and sun."""
-    scene = _woods(True)
-    scene.planet.remove(Clouds)
-    size, wanted = (320, 180), ("radiance", "surface", "distance")
-    found: list[dict[tuple[str, tuple[float, float]], dict[str, Any]]] = []
-    for reach_m in (700.0, 20.0):
-        found.append({})
-        with session.renderer(scene, size, "medium", {"cover.reach_m": reach_m}) as renderer:
-            for name in ("canopy", "treeline", "near", "valley"):
-                camera = view(name, scene.planet).camera
-                latitude, longitude = (float(v) for v in latitude_longitude(camera.resolve(scene).position_m))
-                renderer.settle(camera)
-                for elevation_deg, azimuth_deg in FAR_SUNS_DEG:
-                    sun = Sun(elevation_deg=elevation_deg, azimuth_deg=azimuth_deg, latitude_deg=latitude,
-                              longitude_deg=longitude)  # fmt: skip
-                    renderer.render(camera, sun=sun)  # the map of shadows follows the sun by a frame
-                    out = renderer.render(camera, sun=sun, outputs=wanted)
-                    found[-1][name, (elevation_deg, azimuth_deg)] = {k: v.copy() for k, v in out.items()}
-    for (name, (elevation_deg, azimuth_deg)), solids in found[0].items():
-        far = found[1][name, (elevation_deg, azimuth_deg)]
-        shown = np.isin(solids["surface"], (Surface.TERRAIN, Surface.COVER)) & (solids["distance"] < 500.0)
-        shown &= far["surface"] == Surface.TERRAIN
-        ratio = far["radiance"][shown].mean() / solids["radiance"][shown].mean()
-        session.row("far colour over trees", f"{name}, sun {elevation_deg:g} deg, azimuth {azimuth_deg:g}", size,
-                    error=float(ratio), target=Target(0.95, 1.05), pixels=int(shown.sum()))  # fmt: skip
+    """Mean radiance of forest as crowns in the ground's light, and as its colour alone, over that of trees as solids,
+    for 20 pairs of sun and view."""
+    scene = forests.forest()
+    for kind, name in forests.PLACES.items():
+        solids = forests.mean_light(scene, name, forests.SOLIDS)[:, 1]
+        for what, own in {"crowns": forests.CROWNS, "colour alone": forests.FLAT}.items():
+            ratio = forests.mean_light(scene, name, own)[:, 1] / solids
+            session.row(
+                f"{what} over trees, forest {kind}", name, error=float(np.sqrt(np.mean((ratio - 1.0) ** 2))),
+                error_unit="rms of the ratio less 1", target=at_most(0.05), mean=float(ratio.mean()),
+                least=float(ratio.min()), most=float(ratio.max()),
+            )  # fmt: skip
+
+
+def _ascent(session: Session) -> None:
+    """Steps of a forest's mean radiance where each picture is seen from 3 % farther away, from 30 m to 30 km."""
+    scene = forests.forest()
+    scene.planet.remove(Atmosphere)
+    away = np.geomspace(30.0, 30e3, 235 if session.extent != "quick" else 60)
+    for kind, name in forests.PLACES.items():
+        light = forests.up_light(scene, name, away)[:, 1]
+        steps = np.abs(light[1:] / light[:-1] - 1.0)
+        worst = int(np.argmax(steps))
+        session.row(
+            f"steps on the way up, forest {kind}", name, error=float(steps.max()), error_unit="of the light",
+            target=at_most(0.03), at_m=float(away[worst]), median=float(np.median(steps)),
+            over_all=float(light.max() / light.min()),
+        )  # fmt: skip
 
 
 def _light(session: Session) -> None:
@@ -195,6 +195,7 @@ def _sampler(session: Session) -> None:
 BENCHES: Mapping[str, Bench] = {
     "cost": _cost,
     "far": _far,
+    "ascent": _ascent,
     "light": _light,
     "parts": _parts,
     "games": _games,

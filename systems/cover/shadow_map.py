@@ -6,6 +6,7 @@ parts of it that held them are drawn anew.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -16,6 +17,7 @@ from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
 from ...engine.blocks.layout import Vec3, Vec4, array
 from ...engine.gpu import GpuScope
 from ...engine.gpu.growing import GrowingBuffer
+from ...engine.surface.nested import NESTED_BASE_M
 from .records import TREE_DTYPE, tree_records
 from .stand import Plants
 from .sway import GUSTS, Sway
@@ -39,6 +41,10 @@ class CoverMapBlock:
     north: Annotated[Vec4, "where they shed them: albedo, and share of crowns that hides"]
     south: Vec4
     crowns: Annotated[float, "area of all crowns of a deep forest of broadleaves over its ground's"]
+    tall_m: Annotated[float, "of a grown broadleaf tree"]
+    wide_m: Annotated[float, "its crown's mean radius"]
+    octave: Annotated[float, "cells in which crowns far away stand: NESTED_BASE_M times 2 to this"]
+    in_cell: Annotated[float, "so many in each"]
     grass: Annotated[float, "share of what may grow that does"]
     grass_tall: Annotated[float, "height of grass over what it is by default"]
     flowers: Annotated[float, "share of cells with grass that have one"]
@@ -56,6 +62,8 @@ class Forest(NamedTuple):
     north: Floats
     south: Floats
     crowns: float
+    tall_m: float = 15.0
+    spacing_m: float = 7.0
     grass: float = 0.0
     grass_tall: float = 1.0
     flowers: float = 0.0
@@ -98,6 +106,7 @@ class ShadowMap:
 
     def place(self, camera_m: Floats, forest: Forest, sway: Sway, on: bool) -> None:
         """Say where it lies for a camera. on: whether it is to darken anything."""
+        octave = round(math.log2(2.2 * forest.spacing_m / NESTED_BASE_M))
         self.block.write(
             CoverMapBlock(
                 x=self.axes[0],
@@ -110,6 +119,10 @@ class ShadowMap:
                 north=forest.north,
                 south=forest.south,
                 crowns=forest.crowns,
+                tall_m=forest.tall_m,
+                wide_m=forest.spacing_m * math.sqrt(forest.crowns / math.pi),
+                octave=octave,
+                in_cell=max(round((NESTED_BASE_M * 2.0**octave / forest.spacing_m) ** 2), 1),
                 grass=forest.grass,
                 grass_tall=forest.grass_tall,
                 flowers=forest.flowers,

@@ -210,7 +210,18 @@ class CoverSystem(System):
             return np.append(seen + LIKE_BARK * bare * (bark - seen), 1.0 - TWIGS_OPEN * bare)
 
         tall, flowers = cover.grass_m / GRASS_GIVEN_M, cover.flowers * (1.0 - leaves.bare)
-        return Forest(broadleaf, conifer, half(1.0), half(-1.0), crowns(cover), cover.grass, tall, flowers)
+        return Forest(
+            broadleaf,
+            conifer,
+            half(1.0),
+            half(-1.0),
+            crowns(cover),
+            cover.height_m,
+            cover.spacing_m,
+            cover.grass,
+            tall,
+            flowers,
+        )
 
     def settled(self, view: View) -> bool:
         return all(near.complete for near in self._view(view).nears)

@@ -405,6 +405,8 @@ class TerrainSystem(System):
             defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_EVERY": every}
             values = {"GROUND_COVER": f"{float(self._settings['cover.reach_m']):.1f}"}
             defines |= {flag: values.get(flag, 1) for flag in flags}
+            if "GROUND_COVER" in flags and int(self._settings["cover.crowns"]) > 0:
+                defines["COVER_CROWNS"] = int(self._settings["cover.crowns"])
             if {"GROUND_COVER", "GROUND_CLUTTER"} <= set(flags):
                 # As much of the ground is covered by fewer and wider ones.
                 blades = int(self._settings["cover.blades"])

@@ -264,6 +264,8 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/forest", "woods", "forest", GRASS_SIZE),
     Picture("cover/canopy", "woods", "canopy", GRASS_SIZE),
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
+    Picture("cover/near", "woods", "near", KNOB_SIZE),
+    Picture("cover/near_without_crowns", "woods", "near", KNOB_SIZE, overrides={"cover.crowns": 0}),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
     Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),

@@ -9,9 +9,9 @@
 struct CoverMap {
     vec3 broadleaf, conifer;
     vec4 north, south;
-    float crowns;
+    float crowns, tall_m, wide_m, octave, in_cell;
 };
-const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), 0.0);
+const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
 
 float cover_light(vec3 point, float bias) {
     return 1.0;

@@ -7,6 +7,7 @@
 #include "terrain/material.glsl"
 #include "common/nested_noise.glsl"
 #include "common/surfaces.glsl"
+#include "terrain/lattice_axes.glsl"
 
 struct GroundClutter {
     float cover;   // 0..1: share of the pixel with one in front
@@ -42,26 +43,6 @@ const ClutterKind CLUTTER[] = ClutterKind[](
     ClutterKind(0.5, 6, 0.06, 0.20, 0.03, 0.11, 0.85, 0.8, 0.85, 0.3),
     ClutterKind(NEAR_ACROSS_M, 7, 0.10, 0.40, 0.01, 0.05, 1.25, 0.8, 0.85, 0.2));
 #endif
-
-// The lattice's axes: the two of the planet that the ground follows best, and the third.
-vec3 clutter_axes(vec3 v, vec3 zenith) {
-    vec3 z = abs(zenith);
-    return z.x >= max(z.y, z.z) ? v.yzx : z.y >= z.z ? v.zxy : v;
-}
-
-ivec3 clutter_axes(ivec3 v, vec3 zenith) {
-    vec3 z = abs(zenith);
-    return z.x >= max(z.y, z.z) ? v.yzx : z.y >= z.z ? v.zxy : v;
-}
-
-vec3 clutter_planet(vec3 v, vec3 zenith) {
-    vec3 z = abs(zenith);
-    return z.x >= max(z.y, z.z) ? v.zxy : z.y >= z.z ? v.yzx : v;
-}
-
-float clutter_wave(float x) {
-    return abs(4.0 * fract(x) - 2.0) - 1.0;
-}
 
 // How much of a beach a place is, from the height at its foot: what stands there hangs on the ground there, not on the
 // ground that a ray comes to behind it, and has none of the noise in material.glsl, which would cut through things at

@@ -64,12 +64,6 @@ float reflected(float n_l, float n_v, vec3 view, vec3 sun) {
 }
 
 #ifdef GROUND_CLUTTER
-// A direction, as seen from the ground at hand if that was level: what rises along the ground is taken away.
-vec3 levelled(vec3 direction, vec3 normal, vec3 zenith) {
-    float up = dot(direction, zenith), rises = max(dot(direction, normal), 0.06);
-    return normalize(direction + (rises - up) * zenith);
-}
-
 // Albedo of what stands on the ground: stones of both colours of rock, plants of those around, bushes of forest.
 vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint) * (1.0 + 0.35 * clutter.tint);
@@ -160,44 +154,7 @@ void stand_clutter(
 #endif
 
 #ifdef GROUND_COVER
-const vec2 CANOPY_FROM = vec2(0.72, 1.0);   // shares of the trees' reach in which it takes over
-const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
-const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
-const vec2 SHEDS = vec2(0.391, 0.643);      // sines of latitudes between which broadleaves begin to shed their leaves
-const float CROWNS_HIDE = 0.75;             // share of a crown that takes the sun from others, for leaves pass light on
-const vec2 CROWNS_LIT = vec2(0.44, 0.30);   // of sun and sky that come to a crown, what its leaves throw back evenly
-
-// The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
-// or of the sun's light that comes between them falls with e^-(their area across it), and what they take of it is
-// spread over all of them. CROWNS_LIT and CROWNS_HIDE are fitted to pictures of trees as solids (planetfall bench
-// cover.far). The clutter's small trees give way to both.
-void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, inout vec2 open) {
-    float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
-    float left = far < 1.0 ? cover_light(s.point, 0.3) : 1.0;
-    // What takes the sun away takes some of the sky as well.
-    open *= vec2(left, mix(0.6, 1.0, left));
-    far *= material.inland;
-    // As systems/cover/stand.py has it.
-    float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
-    vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
-        ramp(SHEDS.x, SHEDS.y, abs(s.zenith.z)));
-    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * material.growth.trees
-        * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
-    float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);
-    vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
-    vec2 across = area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0));   // to the eye, to the sun
-    vec2 between = exp(-across);
-    float hidden = max(CROWNS_HIDE * across.y, 1e-3), reached = (1.0 - exp(-hidden)) / hidden / mu;
-    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer) * (1.0 + 0.35 * ground.grain);
-    vec3 sunlit = mix(leaves * (reached * CROWNS_LIT.x), material.albedo * between.y, between.x);
-    vec3 skylit = mix(leaves * CROWNS_LIT.y, material.albedo * (0.5 + 0.5 * between.x), between.x);
-    sunlit = mix(material.albedo, sunlit, far);
-    skylit = mix(material.albedo, skylit, far);
-    // One albedo is for both.
-    open.y *= dot(skylit, vec3(1.0)) / max(dot(sunlit, vec3(1.0)), 1e-4);
-    material.albedo = sunlit;
-    material.growth.trees = 0.0;
-}
+#include "terrain/forest.glsl"
 #endif
 
 // Radiance that the ground throws back. beam: the sun's irradiance in the air; open: shares of sun and sky that nothing

@@ -1,0 +1,69 @@
+// What a forest does to the ground's light: shadows of its trees near the camera, its own colour far away.
+#ifdef COVER_CROWNS
+#include "terrain/crowns.glsl"
+const vec3 CROWN_TINT = vec3(0.36, 0.24, 0.20);      // of crowns, from one to another
+const vec3 CROWN_AUTUMN = vec3(0.45, 0.90, 0.40);    // where they have turned
+#endif
+
+const vec2 CANOPY_FROM = vec2(0.72, 1.0);   // shares of the trees' reach in which it takes over
+const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
+const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
+const vec2 SHEDS = vec2(0.391, 0.643);      // sines of latitudes between which broadleaves begin to shed their leaves
+// Of the sun that comes to crowns, what their leaves throw back: always, the higher it stands the more, where it is
+// behind the eye, and of conifers by the cosine of the angle between both. Of the sky.
+const vec4 CROWNS_SUNNY = vec4(0.219, 0.210, 0.050, 0.128);
+const float CROWNS_SKY = 0.37, GROUND_BETWEEN = 0.957, HOT_SPOT = 16.4;
+
+// The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
+// or of the sun's light that comes between them falls with e^-(their area across it), and what a view and the sun both
+// reach is the law of Lommel and Seeliger (Seeliger 1884). The constants are fitted to pictures of trees as solids
+// (planetfall bench cover.far). The clutter's small trees give way to both.
+void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, inout vec2 open) {
+    float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
+    float left = far < 1.0 ? cover_light(s.point, 0.3) : 1.0;
+#ifdef COVER_CROWNS
+    // As trees shrink their shadows go.
+    left = mix(left, 1.0, clamp((s.distance_m - CROWNS_FROM) * (1.0 / (0.28 * float(GROUND_COVER))), 0.0, 1.0));
+#endif
+    // What takes the sun away takes some of the sky as well.
+    open *= vec2(left, mix(0.6, 1.0, left));
+    far *= material.inland;
+    // As systems/cover/stand.py has it.
+    float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
+    vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
+        ramp(SHEDS.x, SHEDS.y, abs(s.zenith.z)));
+    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * material.growth.trees
+        * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
+    float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);
+    vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
+    vec2 across = area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0));   // to the eye, to the sun
+    vec2 between = exp(-across);
+    float both = across.x / (across.x + across.y + 1e-3) * (1.0 - between.x * between.y) / mu;
+    float phase = dot(s.view, frame.sun_direction), hot = exp(HOT_SPOT * (phase - 1.0));
+    both *= dot(CROWNS_SUNNY, vec4(1.0, rise.y, hot, conifer * phase));
+    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer);
+    vec3 many = leaves * (1.0 + 0.35 * ground.grain);
+    vec3 sunlit = many * both + material.albedo * (GROUND_BETWEEN * between.x * between.y);
+    vec3 skylit = mix(many * CROWNS_SKY, material.albedo * (0.5 + 0.5 * between.x), between.x);
+    sunlit = mix(material.albedo, sunlit, far);
+    skylit = mix(material.albedo, skylit, far);
+#ifdef COVER_CROWNS
+    float stands = material.growth.trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5) * material.inland;
+    Crowns crowns = crowns_seen(s, stands, conifer, cover_map.wide_m * sqrt(grown), cover_map.tall_m * sqrt(grown),
+        across.y * far);
+    // In autumn red or green is less of it.
+    float turned = (1.0 - conifer) * ramp(0.75, 0.5, broadleaf.g / max(broadleaf.r, 1e-3));
+    vec3 single = leaves * (1.0 + crowns.tint * mix(CROWN_TINT, CROWN_AUTUMN, turned));
+    float unknown = 1.0 - crowns.met - crowns.left;
+    vec3 shown = single * (both / max(1.0 - between.x, 1e-3) * crowns.light)
+        + crowns.left * crowns.sun * material.albedo;
+    vec3 shown_sky = single * (CROWNS_SKY * crowns.sky)
+        + crowns.left * mix(1.0, 0.5 + 0.5 * between.x, far) * material.albedo;
+    sunlit = mix(sunlit, shown + unknown * sunlit, crowns.here);
+    skylit = mix(skylit, shown_sky + unknown * skylit, crowns.here);
+#endif
+    // One albedo is for both.
+    open.y *= dot(skylit, vec3(1.0)) / max(dot(sunlit, vec3(1.0)), 1e-4);
+    material.albedo = sunlit;
+    material.growth.trees = 0.0;
+}
