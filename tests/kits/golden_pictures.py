@@ -260,12 +260,16 @@ SEVERAL_PICTURES: tuple[Picture, ...] = (
 
 GRASS_SIZE = (240, 135)
 """In smaller ones a pixel is wider than blades and leaves."""
+CROWN_SIZE = (192, 108)
+"""The same of crowns."""
 COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/forest", "woods", "forest", GRASS_SIZE),
-    Picture("cover/canopy", "woods", "canopy", GRASS_SIZE),
+    Picture("cover/canopy", "woods", "canopy", CROWN_SIZE),
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
-    Picture("cover/near", "woods", "near", KNOB_SIZE),
-    Picture("cover/near_without_crowns", "woods", "near", KNOB_SIZE, overrides={"cover.crowns": 0}),
+    Picture("cover/crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0}),
+    Picture(
+        "cover/without_crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0, "cover.crowns": 0}
+    ),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
     Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),

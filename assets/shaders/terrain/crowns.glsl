@@ -17,6 +17,7 @@ const vec3 CROWN_MEAN = vec3(0.82, 0.16, 0.25);
 const vec2 CROWN_DARK = vec2(0.9, 0.65);    // of the sun that a crown takes from the ground, and from another
 const vec2 CROWN_FEET = vec2(0.04, 0.96);   // of a cell
 const vec2 CONIFER = vec2(0.69, 1.3);       // its width and height over a broadleaf's
+const float CROWN_FLAT = 0.85;              // of a tree's height, where the flattest rays come in
 const vec2 CROWN_HALF = vec2(0.36, 0.50);   // half a crown's height over the tree's: of broadleaves, of conifers
 const float SUN_CELLS = 2.0;                // on a ray to the sun
 
@@ -49,8 +50,10 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
         fraction, frequency);
     // In cells. ray: along the ground; climbs: and up, for each cell along it.
     vec3 ray = rise * up - eye;
-    float height = top, climbs = -rise, turns = float(COVER_CROWNS);
-    vec2 at = clutter_axes(fraction, s.zenith).xy - (top / rise) * ray.xy, over = floor(at);
+    // Flat rays come in lower: they would be all cells above the crowns.
+    float height = clamp(float(COVER_CROWNS) * rise, CROWN_FLAT * tall, top), climbs = -rise;
+    float turns = float(COVER_CROWNS);
+    vec2 at = clutter_axes(fraction, s.zenith).xy - (height / rise) * ray.xy, over = floor(at);
     ivec2 column = clutter_axes(lattice, s.zenith).xy + ivec2(over);
     at -= over;
     bool seeing = true;

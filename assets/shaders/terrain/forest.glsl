@@ -16,7 +16,7 @@ const float CROWNS_SKY = 0.37, GROUND_BETWEEN = 0.957, HOT_SPOT = 16.4;
 
 // The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
 // or of the sun's light that comes between them falls with e^-(their area across it), and what a view and the sun both
-// reach is the law of Lommel and Seeliger (Seeliger 1884). The constants are fitted to pictures of trees as solids
+// reach is the law of Lommel and Seeliger. The constants are fitted to pictures of trees as solids
 // (planetfall bench cover.far). The clutter's small trees give way to both.
 void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, inout vec2 open) {
     float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
