@@ -66,10 +66,10 @@ def _far(session: Session) -> None:
 
 
 def _ascent(session: Session) -> None:
-    """Steps of a forest's mean radiance where each picture is seen from 3 % farther away, from 60 m to 6 km."""
+    """Steps of a forest's mean radiance where each picture is seen from 3 % farther away, from 200 m to 6 km."""
     scene = forests.forest()
     scene.planet.remove(Atmosphere)
-    away = np.geomspace(60.0, 6e3, 157)
+    away = np.geomspace(200.0, 6e3, 116)
     places = forests.PLACES if session.extent == "full" else dict(list(forests.PLACES.items())[:1])
     for kind, name in places.items():
         light = forests.up_light(scene, name, away)[:, 1]

@@ -13,8 +13,8 @@ const float CROWN_LIT = 0.2;                // light on the side of a crown that
 const float CROWN_CLUMPS = 0.35;            // how much light its bulges have more than its folds
 // Fitted, so that a forest is as light as its own colour (planetfall bench cover.far): the mean of all this, for how
 // high the eye is, and the cosine of its angle with the sun.
-const vec3 CROWN_MEAN = vec3(0.82, 0.16, 0.25);
-const vec2 CROWN_DARK = vec2(0.9, 0.65);    // of the sun that a crown takes from the ground, and from another
+const vec3 CROWN_MEAN = vec3(0.78, 0.13, 0.30);
+const vec2 CROWN_DARK = vec2(0.97, 0.65);    // of the sun that a crown takes from the ground, and from another
 const vec2 CROWN_FEET = vec2(0.04, 0.96);   // of a cell
 const vec2 CONIFER = vec2(0.69, 1.3);       // its width and height over a broadleaf's
 const float CROWN_FLAT = 0.85;              // of a tree's height, where the flattest rays come in
@@ -61,7 +61,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     // Of what is seen of crowns the mean faces between the eye and up.
     float facing = 0.7 * dot(normalize(up + eye), sun);
     float mean_lit = mix(0.5 * (facing + sqrt(facing * facing + 0.25)), 1.0, CROWN_LIT)
-        * (dot(CROWN_MEAN, vec3(1.0, rise, dot(eye, sun))) - 0.06 * conifer);
+        * (dot(CROWN_MEAN, vec3(1.0, rise, dot(eye, sun))) - 0.10 * conifer);
     while (turns > 0.0) {
         uvec2 seed = uvec2(column + 71) * 1664525u + 1013904223u;
         ivec3 bits = lattice_hash(seed.x, seed.y, 2654435769u);

@@ -56,7 +56,7 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     vec3 single = leaves * (1.0 + crowns.tint * mix(CROWN_TINT, CROWN_AUTUMN, turned));
     float unknown = 1.0 - crowns.met - crowns.left;
     vec3 shown = single * (both / max(1.0 - between.x, 1e-3) * crowns.light)
-        + crowns.left * crowns.sun * material.albedo;
+        + crowns.left * crowns.sun * mix(1.0, GROUND_BETWEEN, far) * material.albedo;
     vec3 shown_sky = single * (CROWNS_SKY * crowns.sky)
         + crowns.left * mix(1.0, 0.5 + 0.5 * between.x, far) * material.albedo;
     sunlit = mix(sunlit, shown + unknown * sunlit, crowns.here);
