@@ -267,9 +267,7 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/canopy", "woods", "canopy", CROWN_SIZE),
     Picture("cover/treeline", "woods", "treeline", KNOB_SIZE),
     Picture("cover/crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0}),
-    Picture(
-        "cover/without_crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0, "cover.crowns": 0}
-    ),
+    Picture("cover/without_crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0, "cover.crowns": 0}),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
     Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),
