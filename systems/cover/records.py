@@ -29,6 +29,8 @@ _WINDOWS = 1.0
 """Trees nearer than their size times this get windows: quads of farther ones hold them."""
 _LOWEST_BRANCH = 0.05
 """Over a tree's height."""
+_LOBE, _LOBE_WIDE = 0.40, 0.42
+"""Over a broadleaf's height: no lobe is lower than this, less so much of the crown's radius (cover/gbuffer.vert)."""
 _LEANS = 0.03 * 0.75 * 2.35
 """Over a tree's height: the farthest that the wind moves its top (TREE_SWAY of cover/gbuffer.vert, and sway.py)."""
 _WINDOW_MARGIN = 0.01
@@ -57,6 +59,7 @@ class CoverTree:
     turn: Annotated[float, "0..1 of a whole one"]
     tint: Annotated[float, "0..1"]
     window: Annotated[Vec4, "of a tree that a quad facing the eye may not hold: of the picture, x and y from and to"]
+    stem: Annotated[Vec4, "the same of what is below its crown"]
 
 
 _LAYOUT = StructLayout(CoverTree, "std430")
@@ -103,34 +106,39 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[n
     rows = tree_records(plants.only(which), camera.position_m, grown[which])
     size = plants.heights_m + plants.radii_m
     near = np.flatnonzero(away[which] < _WINDOWS * size[which])
-    rows["window"][near] = windows(rows[near], up[which[near]], camera)
+    rows["window"][near], rows["stem"][near] = windows(rows[near], up[which[near]], camera)
     return rows, _crown_m(plants.only(which), offset[which], up[which])
 
 
-def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> Floats:
-    """The part of the picture (N, 4), in normalised device coordinates, that holds each tree; up: (N, 3), unit."""
+def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[Floats, Floats]:
+    """The parts of the picture (N, 4), in normalised device coordinates, that hold each tree's crown, and its stem
+    below that; up: (N, 3), unit."""
     helper = np.where(np.abs(up[:, 2:]) < 0.7, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     east = np.cross(helper, up)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
     north = np.cross(up, east)
     foot, height, radius = (trees[name].astype(np.float64) for name in ("foot_m", "height_m", "radius_m"))
 
-    def corner(x: float, y: float, share: float, wide: Floats) -> Floats:
+    def corner(x: float, y: float, share: Floats, wide: Floats) -> Floats:
         aside = wide[:, None] * (x * east + y * north)
         return foot + aside + (share * height)[:, None] * up
 
     crown, trunk = 1.03 * radius + _LEANS * height, 0.03 * height + 0.5 * _LEANS * height
     square = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
-    found = np.tile((1.0, 1.0, -1.0, -1.0), (len(trees), 1))
-    for low, high, wide in ((_LOWEST_BRANCH, 1.03, crown), (-0.05, 0.5, trunk)):
+    conifer = trees["species"] == Species.CONIFER
+    lowest = np.where(conifer, _LOWEST_BRANCH, np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5))
+    parts = []
+    for low, high, wide in ((lowest, np.full_like(height, 1.03), crown), (np.full_like(height, -0.05), lowest, trunk)):
+        found = np.tile((1.0, 1.0, -1.0, -1.0), (len(trees), 1))
         ends = [[corner(x, y, share, wide) for x, y in square] for share in (low, high)]
         edges = [(level[k], level[(k + 1) % 4]) for level in ends for k in range(4)]
         edges += list(zip(*ends, strict=True))
         for a, b in edges:
             _widen(found, a, b, camera)
-    found[:, :2] = np.maximum(found[:, :2] - _WINDOW_MARGIN, -1.0)
-    found[:, 2:] = np.minimum(found[:, 2:] + _WINDOW_MARGIN, 1.0)
-    return found
+        found[:, :2] = np.maximum(found[:, :2] - _WINDOW_MARGIN, -1.0)
+        found[:, 2:] = np.minimum(found[:, 2:] + _WINDOW_MARGIN, 1.0)
+        parts.append(found)
+    return parts[0], parts[1]
 
 
 def _widen(window: Floats, a: Floats, b: Floats, camera: CameraState) -> None:

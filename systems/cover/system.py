@@ -297,7 +297,7 @@ class CoverSystem(System):
                 if first < end:
                     program.set("u_first", first)
                     program.set("u_season", tuple(view.leaves))
-                    quads.render(moderngl.TRIANGLES, vertices=6, instances=end - first)
+                    quads.render(moderngl.TRIANGLES, vertices=12, instances=end - first)
 
         return run
 

@@ -255,7 +255,7 @@ def test_from_under_a_crown_leaves_are_overhead(scene, sampler, renderer):
 
 
 def test_windows_hold_their_trees(scene, sampler):
-    """Points of crowns and trunks, from eyes under them, beside them and above."""
+    """Points of crowns and stems, from eyes under them, beside them and above."""
     eye = pf.view("forest", scene.planet).camera.resolve(scene).position_m
     plants = sampler.within(eye, 40.0)
     random = np.random.default_rng(5)
@@ -270,18 +270,22 @@ def test_windows_hold_their_trees(scene, sampler):
             position_m=foot + random.normal(size=3) * plants.heights_m[k],
         )
         tree = tree_records(plants.only(np.array([k])), camera.position_m)
-        x0, y0, x1, y1 = windows(tree, up[None], camera)[0]
+        crown, stem = (window[0] for window in windows(tree, up[None], camera))
         turn, share = random.uniform(0, 2 * np.pi, 500), random.uniform(0.05, 1.0, 500)
-        wide = np.where(share > 0.2, plants.radii_m[k], 0.02 * plants.heights_m[k])
+        # The lowest of a broadleaf's lobes, cover/lobes.glsl.
+        height, over_wide = float(tree["height_m"][0]), float(tree["radius_m"][0] / tree["height_m"][0])
+        leaves = share > (0.05 if plants.species[k] == Species.CONIFER else 0.41 - 0.40 * over_wide)
+        wide = np.where(leaves, plants.radii_m[k], 0.02 * height)
         east = np.cross(up, camera.forward)
         east /= np.linalg.norm(east)
         north = np.cross(up, east)
-        points = foot - camera.position_m + (share * plants.heights_m[k])[:, None] * up
+        points = tree["foot_m"][0] + (share * height)[:, None] * up
         points = points + wide[:, None] * (np.cos(turn)[:, None] * east + np.sin(turn)[:, None] * north)
         z = points @ camera.forward
         x = (points @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 2.0 - 1.0
         y = (points @ camera.up / z - camera.tan_bottom) / (camera.tan_top - camera.tan_bottom) * 2.0 - 1.0
         shown = (z > 0.1) & (abs(x) < 1.0) & (abs(y) < 1.0)
+        x0, y0, x1, y1 = np.where(leaves[:, None], crown, stem).T
         assert ((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))[shown].all()
 
 

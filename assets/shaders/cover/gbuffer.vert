@@ -1,4 +1,5 @@
-// A quad around each tree, parallel to the picture; the fragment shader finds the tree in it.
+// Two quads around each tree, parallel to the picture: its crown, and below it its stem. The fragment shader finds the
+// tree in them. In one quad three quarters of the pixels that look between stems would have to find that they miss.
 #include "common/camera.glsl"
 #include "generated/bindings.glsl"
 #include "cover/axes.glsl"
@@ -12,6 +13,9 @@ layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree tre
 
 uniform int u_first;
 
+const float LOWEST_LEAF = 0.40, LOWER_WIDE = 0.42;   // over the height: less so much of the crown's radius
+const float STEM_WIDE = 0.03;                        // half a stem's width below the crown, over the height
+const float CONIFER_TIP = 0.25;                       // its tip's quad, over its width
 const float TREE_SWAY = 0.03;   // what the wind moves a tree's top by, over what it does to grass
 
 // In the tree's own space, cover/tree.glsl.
@@ -24,7 +28,7 @@ flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
     CoverTree tree = trees[u_first + gl_InstanceID];
-    vec2 corner = quad_corner(gl_VertexID);
+    vec2 corner = quad_corner(gl_VertexID % 6);
     vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
     float away = length(middle), half_m = HALF_HIGH * tree.height_m, wide_m = HALF_WIDE * tree.radius_m;
     // The wind leans it, the more the higher: a shear.
@@ -37,15 +41,24 @@ void main() {
     // Seen from near, what bulges towards the eye reaches beyond its own plane's outline.
     float grow = away > 1.2 * around ? inversesqrt(1.0 - min(around * around / (away * away), 0.6)) : 4.0;
     vec2 reach = grow * vec2(wide_m, half_m * abs(dot(over, up)) + wide_m * abs(dot(view, up)));
-    vec3 point = middle + corner.x * reach.x * side + corner.y * reach.y * over;
+    // Where the crown ends below, in the picture; a conifer's is as high as it, and narrower towards its tip.
+    bool conifer = tree.species == 1.0, windowed = tree.window != vec4(0.0), stem = gl_VertexID >= 6;
+    vec2 tilted = abs(vec2(dot(over, up), dot(view, up)));
+    float lowest_m = (LOWEST_LEAF - 0.5) * tree.height_m - LOWER_WIDE * tree.radius_m;
+    float low = conifer ? -1.0 : clamp(grow * (lowest_m * tilted.x - wide_m * tilted.y) / reach.y, -1.0, 1.0);
+    float tip = conifer ? CONIFER_TIP + (1.0 - CONIFER_TIP) * min(2.0 * tilted.y + 2.0 * (grow - 1.0), 1.0) : 1.0;
+    vec2 part = vec2(stem ? min((STEM_WIDE * tree.height_m + 0.5 * length(lean) * tree.height_m) * grow / reach.x, 1.0)
+        : corner.y > 0.0 ? tip : 1.0, mix(stem ? -1.0 : low, stem ? low : 1.0, 0.5 + 0.5 * corner.y));
+    vec3 point = middle + corner.x * part.x * reach.x * side + part.y * reach.y * over;
     // All of a tree is equally far ahead: planes that cut one another would show as lines where crowns meet.
     vec3 ahead = frame.camera_forward;
     float ahead_m = dot(middle, ahead);
     if (ahead_m - abs(dot(side, ahead)) * reach.x - abs(dot(over, ahead)) * reach.y > 0.05 * away)
         point *= ahead_m / dot(point, ahead);
     // From near it may be on all sides.
-    if (tree.window.x < tree.window.z) {
-        vec2 ndc = mix(tree.window.xy, tree.window.zw, 0.5 + 0.5 * corner);
+    if (windowed) {
+        vec4 window = stem ? tree.stem : tree.window;
+        vec2 ndc = window.x < window.z ? mix(window.xy, window.zw, 0.5 + 0.5 * corner) : vec2(2.0);
         float aside_m = length(tree.foot_m - dot(tree.foot_m, up) * up);
         point = view_ray(ndc) * max(max(dot(tree.foot_m, frame.camera_forward), 0.5 * aside_m), 0.3);
     }
