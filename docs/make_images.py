@@ -25,8 +25,11 @@ PICTURES = {
 """Pictures, and the views that they are of."""
 SEVERAL = ("moonrise", "earthrise")
 """Pictures of the scene earth_moon, named as their views."""
-WOODS = ("forest", "meadow", "woodland", "canopy", "treeline", "grove")
-"""The same of the scene woods."""
+WOODS = {
+    **{view: view for view in ("forest", "meadow", "woodland", "canopy", "treeline", "grove")},
+    "hills": "near",
+}
+"""Pictures of the scene woods, and their views."""
 AUTUMN = {"woodland": 0.79}
 """Cover.season of some."""
 SIZE, QUALITY = (960, 540), "medium"
@@ -51,8 +54,7 @@ def main(names: list[str]) -> None:
             file.write_bytes(as_jpeg(drawn(), 2 * LARGEST_BYTES))
             console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
     pictures = [name for name in names or (*PICTURES, *SEVERAL, *WOODS) if name not in (DESCENT, *SHEETS)]
-    named = {"earth_moon": SEVERAL, "woods": WOODS}
-    scenes = {"earth": PICTURES, **{scene: {name: name for name in names} for scene, names in named.items()}}
+    scenes = {"earth": PICTURES, "earth_moon": {name: name for name in SEVERAL}, "woods": WOODS}
     for scene_name, own in scenes.items():
         wanted = [name for name in pictures if name in own]
         if not wanted:

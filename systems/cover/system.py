@@ -1,6 +1,6 @@
 """CoverSystem: trees and shrubs on the ground near the camera, their light and their shadows.
 
-Each tree is a quad in which a fragment shader follows the pixel's ray to the tree's lobes: two triangles a tree,
+Each tree is two quads in which a fragment shader follows the pixel's ray to the tree's lobes: four triangles a tree,
 whatever it looks like. What stands where is made on the CPU (stand.py), a few plots a frame.
 """
 
@@ -248,7 +248,7 @@ class CoverSystem(System):
             writes=("gbuffer.depth", *GBUFFER),
             stage="objects",
             only_while=any_near,
-            help="trees in the picture, a quad each; and the map of their shadows when it has changed",
+            help="trees in the picture, two quads each; and the map of their shadows when it has changed",
         )
         builder.add_pass(
             "cover.tiles",
