@@ -1,5 +1,5 @@
 // Two quads around each tree, parallel to the picture: its crown, and below it its stem. The fragment shader finds the
-// tree in them. In one quad three quarters of the pixels that look between stems would have to find that they miss.
+// tree in them. In one quad, pixels that look between stems would have to find that they miss each tree.
 #include "common/camera.glsl"
 #include "generated/bindings.glsl"
 #include "cover/axes.glsl"
@@ -15,7 +15,7 @@ uniform int u_first;
 
 const float LOWEST_LEAF = 0.40, LOWER_WIDE = 0.42;   // over the height: less so much of the crown's radius
 const float STEM_WIDE = 0.03;                        // half a stem's width below the crown, over the height
-const float CONIFER_TIP = 0.25;                       // its tip's quad, over its width
+const float CONIFER_TIP = 0.25;                      // its tip's quad, over its width
 const float TREE_SWAY = 0.03;   // what the wind moves a tree's top by, over what it does to grass
 
 // In the tree's own space, cover/tree.glsl.
