@@ -177,8 +177,8 @@ TIMERS_LATE = 3
 """Frames after which a GPU's timers are read, so that nobody waits for them."""
 
 
-def passes_ms(renderer: Renderer, camera: Camera, runs: int) -> float:
-    """Sum of the passes' medians over a turning camera's frames, by the GPU's own timers."""
+def gpu_passes_ms(renderer: Renderer, camera: Camera, runs: int) -> dict[str, float]:
+    """Medians of the passes over a turning camera's frames, by the GPU's own timers."""
     renderer.render(camera)
     state, target = renderer.camera_state(camera), renderer.ctx.simple_framebuffer(renderer.size)
     samples: dict[str, list[float]] = {}
@@ -193,7 +193,7 @@ def passes_ms(renderer: Renderer, camera: Camera, runs: int) -> float:
                 samples.setdefault(report.name, []).append(report.gpu_ms)
     renderer.graph.gpu_timing = False
     _release(renderer, target)
-    return float(sum(np.median(found) for found in samples.values()))
+    return {name: float(np.median(found)) for name, found in samples.items()}
 
 
 @dataclass(frozen=True)

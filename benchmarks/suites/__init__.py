@@ -30,7 +30,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
         "popping", "holes", "icosphere", "icosphere_vertices", "shadows", "shadows in flight", "shadows cost",
     ),
     "land": ("network", "descent"),
-    "cover": ("cost", "far", "light"),
+    "cover": ("cost", "full_hd", "far", "light"),
     "papers": ("ground", "air", "clouds", "pictures"),
     "frame": ("full_hd", "skipping", "knobs", "budget", "antialiasing"),
     "whole": ("asteroid", "earth", "hazy", "mars", "small", "passes"),

@@ -11,10 +11,10 @@ import numpy as np
 from ... import Atmosphere, Clouds, Cover, CoverSampler, Scene, TerrainSampler, load_scene, view
 from ...engine.frame.gbuffer import Surface
 from ..measure import forests
-from ..measure.frames import RUN_UP, time_passes, turning
+from ..measure.frames import RUN_UP, gpu_passes_ms, time_passes, turning
 from ..session import Bench, Session
 from ..target import at_most
-from ..timing import time_variants
+from ..timing import Timing, time_variants
 
 __all__ = ["BENCHES"]
 
@@ -48,6 +48,28 @@ def _cost(session: Session) -> None:
                     error_unit="times", target=at_most(under if name in UNDER_TREES else other, "times"),
                     bare_ms=found["bare"].ms, trees=wooded.stats.get("trees", 0),
                 )  # fmt: skip
+
+
+def _full_hd(session: Session) -> None:
+    """What trees add to the passes of a frame of 1920 x 1080, by the GPU's own timers, where it is one."""
+    size = (1920, 1080)
+    for quality in (*MOST, "high"):
+        clock: list[dict[str, Timing]] = [{}, {}]
+        passes: list[dict[str, dict[str, float]]] = [{}, {}]
+        for on in (0, 1):
+            with session.renderer(_woods(bool(on)), size, quality) as renderer:
+                for name in QUICK_VIEWS if session.small else VIEWS:
+                    frame = turning(renderer, view(name))
+                    clock[on][name] = time_variants({"": frame}, session.runs(30, 8), RUN_UP)[""]
+                    passes[on][name] = gpu_passes_ms(renderer, view(name), session.runs(20, 8))
+        for name, timing in clock[1].items():
+            bare, wooded = passes[0][name], passes[1][name]
+            own = {k.partition(".")[2]: round(ms, 3) for k, ms in wooded.items() if k.startswith("cover.")}
+            session.row(
+                quality, name, size, timing, error=sum(wooded.values()) - sum(bare.values()), error_unit="ms more",
+                target=None if session.machine().is_software else at_most(2.0, "ms more"), bare_ms=clock[0][name].ms,
+                passes_ms=sum(wooded.values()), **own,
+            )  # fmt: skip
 
 
 def _far(session: Session) -> None:
@@ -195,6 +217,7 @@ def _sampler(session: Session) -> None:
 
 BENCHES: Mapping[str, Bench] = {
     "cost": _cost,
+    "full_hd": _full_hd,
     "far": _far,
     "ascent": _ascent,
     "light": _light,
