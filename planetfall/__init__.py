@@ -68,6 +68,7 @@ if _TYPE_CHECKING:
     from .capture.captures import save_capture
     from .capture.photos import photo
     from .capture.recording import record
+    from .capture.sensor import Sensor
     from .capture.shot import load_shot
     from .engine.gpu import GLLimitError, GLVersionError, ShaderError
     from .engine.graph import GraphError
@@ -102,6 +103,7 @@ _LAZY = {
     "OceanSampler": "query.ocean",
     "Renderer": "render.renderer",
     "River": "query.drainage",
+    "Sensor": "capture.sensor",
     "ShaderError": "errors",
     "TerrainSampler": "query.terrain",
     "TrunkBodies": "query.trunk_bodies",
@@ -158,6 +160,7 @@ __all__ = [
     "River",
     "Scene",
     "SceneError",
+    "Sensor",
     "SettingError",
     "ShaderError",
     "Shape",
