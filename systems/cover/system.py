@@ -246,7 +246,7 @@ class CoverSystem(System):
             system=self.name,
             bind=lambda io: self._bind_gbuffer(io, own),
             writes=("gbuffer.depth", *GBUFFER),
-            stage="objects",
+            stage="plants",
             only_while=any_near,
             help="trees in the picture, two quads each; and the map of their shadows when it has changed",
         )
@@ -267,7 +267,7 @@ class CoverSystem(System):
             bind=self._bind_shade,
             reads=("gbuffer.depth", *GBUFFER, "cover.tile_list", *contract_reads(self._world)),
             writes=("scene.radiance",),
-            stage="objects",
+            stage="plants",
             only_while=any_near,
             help="light of trees; their shadows on ground, water and one another",
         )

@@ -428,3 +428,15 @@ def test_beaches_stay_where_forests_are_a_colour():
     # They share pixels with the wood behind; a colour over the beach as well leaves 0.61.
     assert wooded[sand].mean() > 0.8 * bare[sand].mean()
     assert wooded[land & ~sand].mean() < 0.95 * bare[land & ~sand].mean()
+
+
+@pytest.mark.gpu
+def test_trees_and_props_stand_in_one_picture():
+    scene = pf.load_scene("woods")
+    view = pf.view("near", scene.planet)
+    with pf.Renderer(scene, size=(96, 54), quality="low") as renderer:
+        state = renderer.camera_state(view)
+        scene.add(pf.Transform(tuple(state.position_m + 300.0 * state.forward)), pf.Shape("sphere", (30.0, 30.0, 30.0)))
+        renderer.settle(view)
+        surface = renderer.render(view, outputs=("surface",))["surface"]
+    assert {1, 3, 4} <= set(np.unique(surface).tolist())
