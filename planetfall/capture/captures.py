@@ -82,9 +82,12 @@ def exr_channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.flo
     """Arrays as channels by EXR's customs: scene-linear light in R, G, B, and distances from the viewer in Z.
 
     radiance: R, G, B (W m^-2 sr^-1 nm^-1 at the attribute wavelengths_nm, before exposure). distance: Z (m, inf for the
-    sky). color: color.R, .G, .B, the exposed picture in linear light, 0..1. position, normal: position.X and so on.
-    surface: surface. Others: their name, or name.R and so on.
+    sky). color: color.R, .G, .B, the exposed picture in linear light, 0..1. position, normal, flow: position.X and so
+    on. surface: surface. Others: their name, or name.R and so on. OutputError for instance, whose numbers of 32 bits a
+    float cannot hold.
     """
+    if "instance" in arrays:
+        raise OutputError("an EXR's channels are floats, which cannot hold the numbers of 'instance': write a .npz")
     channels: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():
         if name == "radiance":
@@ -97,7 +100,7 @@ def exr_channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.flo
         elif array.ndim == 2:
             channels[name] = array
         else:
-            letters = _AXES if name in ("position", "normal") else "RGBA"
+            letters = _AXES if name in ("position", "normal", "flow") else "RGBA"
             channels.update({f"{name}.{letters[k]}": array[..., k] for k in range(array.shape[2])})
     return {name: np.asarray(channel, np.float32) for name, channel in channels.items()}
 

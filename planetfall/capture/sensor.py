@@ -6,6 +6,7 @@ import math
 import operator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -174,7 +175,7 @@ class Sensor:
         f_number: float,
         frame: int = 0,
         transmission: ArrayLike = 1.0,
-    ) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    ) -> NDArray[np.unsignedinteger[Any]]:
         """Digital numbers (H, W), or (H, W, 3) for "rgb", row 0 on top: uint8 up to 8 bits, uint16 above.
 
         frame: number of the frame, from 0, each with noise of its own; the rest as in `electrons`. Radiance may be
@@ -195,8 +196,8 @@ class Sensor:
         try:
             light = np.asarray(radiance, np.float64)
         except (TypeError, ValueError):
-            light = np.empty(0)
-        if light.ndim != 3 or light.shape[2] != 3 or not light.size:
+            light = np.empty((0, 0, 0))
+        if light.ndim != 3 or light.shape[-1] != 3 or not light.size:
             raise SettingError(
                 f"radiance: expected (H, W, 3) in W m^-2 sr^-1 nm^-1, found shape {np.shape(radiance)}: take that of"
                 ' renderer.render(camera, outputs=("radiance",))'

@@ -20,7 +20,8 @@ from ..scene.companions import bodies
 from .drawn_camera import CameraResolver
 from .drawn_view import LDR, DrawnView
 from .faults import draw_without_faults
-from .outputs import exports_for, read_output
+from .labels import material_names
+from .outputs import Shot, exports_for, read_outputs
 from .planet import Moment, Wanted
 from .queries import height_drawn
 from .settling import settle
@@ -76,6 +77,8 @@ class Picture:
         self._views: dict[str, DrawnView] = {}
         self._front = ""  # until the first frame
         self._request_ms = 0.0
+        self._given: tuple[str, CameraState] | None = None
+        """The planet and the camera of the last frame that was given out."""
         self._view_of(self.main)
         owner.planets.gone.append(self._forget)
 
@@ -85,6 +88,12 @@ class Picture:
     def wavelengths_nm(self) -> tuple[float, float, float]:
         """At which wavelengths light is carried and radiance given out, red first: the knob "light.wavelengths"."""
         return wavelengths_of(self._owner.settings)
+
+    @property
+    def materials(self) -> dict[int, str]:
+        """Number -> name of what the output `material` tells apart: "none", "water" and others, and the ground's
+        materials, those that a game has registered among them."""
+        return material_names()
 
     def render(
         self,
@@ -98,8 +107,11 @@ class Picture:
 
         outputs: any of color (u8, 3, sRGB), radiance (f32, 3, W m^-2 sr^-1 nm^-1 at `wavelengths_nm`, before exposure),
         distance (f32, m along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes,
-        NaN), normal (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the
-        frame graph.
+        NaN), normal (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props, 4 trees), or the name of any texture
+        of the frame graph. And labels, for the sky as said: depth (f32, m along the axis, inf), slope_deg (f32, of the
+        surface to the horizontal, NaN), flow (f32, 2, pixels right and down to the camera of the frame before, of
+        directions), sunlit (f32, 0..1 of the sun's disc, 0), albedo (f32, 3, at `wavelengths_nm`, 0), material (u8, see
+        `materials`, 0), instance (u32: a prop's entity, a tree's number, 0 for all else).
         camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
         an epoch sun. sun: a Sun component that replaces the scene's.
         dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the
@@ -112,7 +124,8 @@ class Picture:
         with self._current():
             request = self._request(camera, time_s, sun)
             view = self._drawn(request, wanted)
-            return request.arrays_in_scene({name: read_output(view.compiled(), name, self.size) for name in names})
+            shot = self._shot(request, view)
+            return request.arrays_in_scene(read_outputs(view.compiled(), names, shot))
 
     def render_to(
         self,
@@ -145,7 +158,8 @@ class Picture:
                 view = self._view_of(request.planet.scene.planet.name)
                 draw_without_faults(request.planet, lambda: self._draw(request, view, wanted), view.failed_system)
             else:
-                self._drawn(request, wanted)
+                view = self._drawn(request, wanted)
+            self._shot(request, view)
 
     def settle(
         self,
@@ -222,6 +236,12 @@ class Picture:
             owner.watch.after_frame(owner.scene, view, planet.running)
         owner.python_ms = self._request_ms + planet.python_ms
 
+    def _shot(self, request: DrawRequest, view: DrawnView) -> Shot:
+        """What the frame that was just given out was taken with; it is then the one before."""
+        name, state = request.planet.scene.planet.name, view.camera.state(request.camera, view.size)
+        before, self._given = self._given, (name, state)
+        return Shot(state, before[1] if before is not None and before[0] == name else None, view.size)
+
     def _view_of(self, name: str) -> DrawnView:
         """This picture over one of the planets."""
         self._check()
@@ -281,7 +301,9 @@ class Picture:
         if not (0.0 <= x < width and 0.0 <= y < height):
             raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
         column, row = int(x), int(y)
+        given = self._given
         arrays = self.render(camera, outputs=("position", "surface"))
+        self._given = given  # a question is no frame of a sequence
         surface = int(arrays["surface"][row, column])
         if surface == 0:
             return None

@@ -81,10 +81,10 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     return out
 
 
-def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[np.void], Floats]:
-    """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; and how
-    near (N,) their crowns come, metres. A tree in whose leaves the eye is isn't drawn, since they would be all that is
-    seen."""
+def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[np.void], Floats, Plants]:
+    """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; how near
+    (N,) their crowns come, metres; and these trees. A tree in whose leaves the eye is isn't drawn, since they would be
+    all that is seen."""
     offset = plants.positions_m - camera.position_m
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
     reach = np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m)
@@ -103,11 +103,12 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[n
     inside &= balls | trunks
     which = np.flatnonzero(inside)
     which = which[np.argsort(away[which], kind="stable")]
-    rows = tree_records(plants.only(which), camera.position_m, grown[which])
+    found = plants.only(which)
+    rows = tree_records(found, camera.position_m, grown[which])
     size = plants.heights_m + plants.radii_m
     near = np.flatnonzero(away[which] < _WINDOWS * size[which])
     rows["window"][near], rows["stem"][near] = windows(rows[near], up[which[near]], camera)
-    return rows, _crown_m(plants.only(which), offset[which], up[which])
+    return rows, _crown_m(found, offset[which], up[which]), found
 
 
 def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[Floats, Floats]:

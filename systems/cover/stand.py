@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...components import Cover
 from ...components.mask import mask_share
+from ...engine.frame.labels import instances_of
 from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
 from .chance import draws, patches
 from .growth import Growing, GrowingGround, ramp
@@ -99,6 +100,11 @@ class Plants:
     def of(cls, parts: list[Plants]) -> Plants:
         """All of them in one."""
         return cls(*(np.concatenate([getattr(p, f) for p in (*parts, NOTHING)]) for f in cls.__dataclass_fields__))
+
+    @property
+    def instances(self) -> NDArray[np.uint32]:
+        """(N,) their values in the output `instance` of pictures."""
+        return instances_of(self.names)
 
     def only(self, which: NDArray[np.bool_] | Ints) -> Plants:
         """Those of a mask or of indices."""

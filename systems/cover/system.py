@@ -18,9 +18,10 @@ from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADI
 from ...engine.display import reflectance
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads, provide_contracts, withdraw_contracts
-from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
+from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, Surface, tiles_of
+from ...engine.frame.instances import InstancePass
 from ...engine.frame.published import HEIGHT_FIELD
-from ...engine.gpu import GpuScope
+from ...engine.gpu import GpuScope, Program
 from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
@@ -65,7 +66,7 @@ class _CoverView(ViewParts):
         self.sway, self.leaves = STILL, SUMMER
         self.forest = Forest(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), 0.0)
         self.key: _SeenKey | None = None
-        self.count, self.detailed = 0, (0, 0)
+        self.count, self.detailed, self.shown = 0, (0, 0), NOTHING
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
         self.frame: Frame | None = None
@@ -105,6 +106,8 @@ class CoverSystem(System):
             for shown in (("TREE_LEAVES", "TREE_LIMBS"), ("TREE_LIMBS",), ())
         ]
         self._quads = [self._gpu.vertex_array(program) for program in self._trees]
+        self._numbers = InstancePass(self._gpu, "cover/instance.vert", Surface.COVER)
+        self._numbered: Any = None
         self._list = self._gpu.compute("cover/list_tiles.comp")
         self._gpu.shaders.provide("cover_light", "cover/light.glsl", owner=self.name)
         provide_contracts(self._world, self.name, self)
@@ -175,8 +178,9 @@ class CoverSystem(System):
         found = _SeenKey(view.revision, frame.camera.stamp, reach)
         if found != view.key:
             view.key = found
-            rows, crown_m = seen(view.plants, frame.camera, reach)
+            rows, crown_m, shown = seen(view.plants, frame.camera, reach)
             view.trees.write(rows)
+            view.shown = shown
             view.count = len(rows)
             view.detailed = in_detail(rows, crown_m, frame.pixel_rad)
 
@@ -271,6 +275,14 @@ class CoverSystem(System):
             only_while=any_near,
             help="light of trees; their shadows on ground, water and one another",
         )
+        self._numbers.declare(
+            builder,
+            self.name,
+            lambda: own.shown.instances,
+            lambda program: self._draw(program, own),
+            "plants",
+            any_near,
+        )
 
     def _bind_gbuffer(self, io: PassIO, view: _CoverView) -> Callable[[], None]:
         target = io.framebuffer(colors=GBUFFER, depth="gbuffer.depth")
@@ -300,6 +312,15 @@ class CoverSystem(System):
                     quads.render(moderngl.TRIANGLES, vertices=12, instances=end - first)
 
         return run
+
+    def _draw(self, program: Program, view: _CoverView) -> None:
+        """The trees in the picture again, as whole quads, with another program."""
+        if self._numbered is None:
+            self._numbered = self._gpu.vertex_array(program)
+        view.shadows.block.buffer.bind_to_uniform_block(COVER_BLOCK)
+        view.trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
+        program.set("u_first", 0)
+        self._numbered.render(moderngl.TRIANGLES, vertices=12, instances=view.count)
 
     def _bind_tiles(self, io: PassIO, tiles: tuple[int, int]) -> Callable[[], None]:
         flags, listed = io.buffer("gbuffer.tile_flags"), io.buffer("cover.tile_list")

@@ -14,6 +14,7 @@ from ...engine.frame.gbuffer import ATTACHMENTS, GBUFFER, tiles_of
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.system import Setup, System
 from .debug_tiles import TilesPicture
+from .labels import LabelPasses
 
 
 class GBufferSystem(System):
@@ -27,6 +28,7 @@ class GBufferSystem(System):
         self._classify = setup.gpu.compute("gbuffer/classify.comp")
         self._list = setup.gpu.compute("gbuffer/list_tiles.comp")
         self._tiles_picture = TilesPicture(setup.gpu)
+        self._labels = LabelPasses(setup.gpu, setup.world)
         self._geometry = setup.gpu.fullscreen("outputs/geometry.frag")
         self._present = setup.gpu.fullscreen("outputs/present.frag")
         self._present_scaled: Any = None
@@ -73,6 +75,7 @@ class GBufferSystem(System):
                 TextureSpec("outputs.normal", "rgba32f", help="unit normal in planet axes; w: surface id"),
             ),
         )
+        self._labels.declare(builder, self.name)
         builder.import_("target", kind="framebuffer")
         builder.add_pass(
             "outputs.present",

@@ -37,6 +37,7 @@ from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
 from ...engine.waves import WaveSet
 from .block import OceanBlock, drifted, ocean_block
+from .labels import SeaLabels
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
 
@@ -116,6 +117,7 @@ class SeaShading:
         self._between: UpsampleShaded | None = None
         if self._shade_every > 1:
             self._between = UpsampleShaded(setup.gpu, "SURFACE_SEA", self._shade_every, setup.settings)
+        self._labels = SeaLabels(setup.gpu, setup.world)
         self._glows = False
         self._warm_up = WarmUp(self._ahead())
         stored = str(setup.settings.get("sky.radiance_format", "rgba32f"))
@@ -274,6 +276,7 @@ class SeaShading:
             only_while=seen,
             help="light of sea pixels",
         )
+        self._labels.declare(builder, self._name, seen)
         builder.add_pass(
             "ocean.under",
             system=self._name,

@@ -134,10 +134,11 @@ def _bounds(form: str, mesh_of: Callable[[str], Mesh]) -> tuple[Floats, Floats]:
 
 @dataclass
 class Visible:
-    """instances: (V,) PropInstance, ordered by mesh. draws: (form, sphere's level, first, count). occluders: (C,)
-    PropOccluder."""
+    """instances: (V,) PropInstance, ordered by mesh. entities: (V,) their numbers. draws: (form, sphere's level, first,
+    count). occluders: (C,) PropOccluder."""
 
     instances: NDArray[np.void]
+    entities: NDArray[np.int64]
     draws: list[tuple[str, int, int, int]]
     occluders: NDArray[np.void]
 
@@ -193,4 +194,4 @@ def seen_by(
     instances["color"], instances["roughness"] = props.color[seen, :3], props.color[seen, 3]
     _way_back(instances, props, before, seen)
     occluders["is_box"] = np.array([name == "box" for name in props.forms] or [False])[props.form[casts]]
-    return Visible(instances, draws, occluders)
+    return Visible(instances, props.entities[seen], draws, occluders)

@@ -9,13 +9,16 @@ from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from ...components import Shape, Transform
 from ...engine.blocks.bindings import FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, tiles_of
-from ...engine.gpu import GpuScope
+from ...engine.frame.gbuffer import GBUFFER, GBUFFER_UNITS, Surface, tiles_of
+from ...engine.frame.instances import InstancePass
+from ...engine.gpu import GpuScope, Program
 from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import latest_revision
@@ -73,12 +76,15 @@ class PropsSystem(System):
         # Meshes from files may be open or wound either way.
         self._draw_state = gpu.state(depth_test=True, depth_func=">", cull=None)
         self._meshes: dict[tuple[str, int], tuple[Mesh, Any, list[Any]]] = {}
+        self._numbers = InstancePass(gpu, "props/instance.vert", Surface.PROPS)
+        self._numbered: dict[tuple[str, int], tuple[Any, Any]] = {}
         self._props: Props | None = None
         self._read: tuple[int, int] | None = None
         self._views = setup.views
 
     def release(self) -> None:
         self._meshes.clear()
+        self._numbered.clear()
         self._props = None
 
     # -- a frame -----------------------------------------------------------------------------------------------------
@@ -179,6 +185,9 @@ class PropsSystem(System):
             only_while=lit,
             help="light of props; their shadows on the ground",
         )
+        self._numbers.declare(
+            builder, name, lambda: self._numbers_of(seen), lambda program: self._draw(program, seen), "objects"
+        )
 
     def _bind_gbuffer(self, io: PassIO, view: _PropsView) -> Callable[[], None]:
         target = io.framebuffer(colors=(*GBUFFER, "props.motion"), depth="gbuffer.depth")
@@ -197,6 +206,26 @@ class PropsSystem(System):
                 self._meshes[form, level][1].render(moderngl.TRIANGLES, instances=count)
 
         return run
+
+    @staticmethod
+    def _numbers_of(view: _PropsView) -> NDArray[np.uint32]:
+        entities = np.empty(0) if view.visible is None else view.visible.entities
+        return entities.astype(np.uint32)
+
+    def _draw(self, program: Program, view: _PropsView) -> None:
+        """The visible props again, with another program."""
+        assert view.visible is not None
+        view.instances.buffer.bind_to_storage_buffer(0)
+        for form, level, first, count in view.visible.draws:
+            mesh, _, (_, vertices, indices) = self._meshes[form, level]
+            held = self._numbered.get((form, level))
+            if held is None or held[0] is not mesh:
+                if held is not None:
+                    self._gpu.free(held[1])
+                array = self._gpu.vertex_array(program, [(vertices, "3f 12x", "in_position")], index=indices)
+                held = self._numbered[form, level] = (mesh, array)
+            program.set("u_first", first)
+            held[1].render(moderngl.TRIANGLES, instances=count)
 
     def _bind_shadow(self, io: PassIO, view: _PropsView, tiles: tuple[int, int]) -> Callable[[], None]:
         left, touched = io.texture("props.shadow"), io.buffer("props.touched")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from textwrap import dedent
 
@@ -12,7 +12,7 @@ from ...engine.settings import SettingError
 from ...engine.settings.suggest import did_you_mean
 from .materials import INPUTS, Material
 
-__all__ = ["albedo_name", "albedo_names", "constants_glsl", "materials_glsl", "struct_glsl", "words_of"]
+__all__ = ["albedo_name", "albedo_names", "constants_glsl", "ids_glsl", "materials_glsl", "struct_glsl", "words_of"]
 
 _SHORTEST_RIPPLE_M = 0.036
 """Wavelength of terrain/ripples.glsl at step 0."""
@@ -167,6 +167,37 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
         f"Material terrain_material(Ground ground) {{\n{body}\n}}\n",
     ]
     return {**files, "generated/terrain_materials.glsl": "\n".join(parts)}
+
+
+def ids_glsl(materials: Sequence[Material], slots: Mapping[str, int], ids: Mapping[str, int]) -> str:
+    """`generated/terrain_material_ids.glsl`: uint terrain_material_id(Ground), the number of the material that shows
+    most of itself. ids: numbers of materials by name. It calls functions of the file that materials_glsl makes."""
+    writer = _Writer(materials, slots)
+    shown = list(_shown(writer, materials[0], ""))
+    lines = [
+        *writer.lines,
+        f"uint number = {ids[materials[0].name]}u;",
+        "float share = 0.0, most = 0.0;",
+        *(
+            f"share = {share or '1.0'}; number = share > most ? {ids[m.name]}u : number; most = max(most, share);"
+            for m, share in shown
+        ),
+        "return number;",
+    ]
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"uint terrain_material_id(Ground ground) {{\n{body}\n}}\n"
+
+
+def _shown(writer: _Writer, material: Material, share: str) -> Iterator[tuple[Material, str]]:
+    """Materials that are no mixtures, and GLSL of the share of the ground that each shows: later ones hide earlier
+    ones."""
+    parts = writer.parts[material.name]
+    if not parts:
+        yield material, share
+    values = [writer.value(f"{part.name}_share") for part in parts[1:]]
+    for k, part in enumerate(parts):
+        factors = [share] * bool(share) + values[k - 1 : k] * bool(k) + [f"(1.0 - {value})" for value in values[k:]]
+        yield from _shown(writer, part, " * ".join(factors))
 
 
 def _number(value: float) -> str:

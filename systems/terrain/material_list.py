@@ -12,13 +12,17 @@ from numpy.typing import NDArray
 
 from ...components import Terrain
 from ...engine.display import reflectance
+from ...engine.frame.labels import FIRST_OF_GAMES, FIRST_OF_GROUND
 from ...engine.settings import SettingError
 from ...engine.settings.suggest import did_you_mean
 from ...engine.wavelengths import Nanometres
-from .material_glsl import albedo_name, albedo_names, constants_glsl, materials_glsl, struct_glsl
+from .material_glsl import albedo_name, albedo_names, constants_glsl, ids_glsl, materials_glsl, struct_glsl
 from .materials import MATERIALS, Material, Ripples
 
-__all__ = ["MOST_ALBEDOS", "albedos", "list_revision", "listed", "register_material", "shaders", "unregister_material"]
+__all__ = [
+    "MOST_ALBEDOS", "albedos", "list_revision", "listed", "material_ids", "register_material", "shaders",
+    "unregister_material",
+]  # fmt: skip
 
 MOST_OF_GAMES = 8
 _OWN = albedo_names(MATERIALS)
@@ -42,11 +46,18 @@ def listed() -> tuple[Material, ...]:
     return tuple(_listed)
 
 
+def material_ids() -> dict[str, int]:
+    """Numbers of the ground's materials in the output `material`, by name; those of a game's while it is registered."""
+    ids = {material.name: FIRST_OF_GROUND + place for place, material in enumerate(MATERIALS)}
+    return ids | {name: FIRST_OF_GAMES + _slots[f"{name}_albedo"] - len(_OWN) for name in _over}
+
+
 def shaders() -> dict[str, str]:
     """The generated shader files, by name."""
     return {
         "generated/terrain_ground.glsl": struct_glsl(),
         "generated/terrain_albedos.glsl": constants_glsl(_slots),
+        "generated/terrain_material_ids.glsl": ids_glsl(_listed, _slots, material_ids()),
         **materials_glsl(_listed, _slots, frozenset(_over)),
     }
 

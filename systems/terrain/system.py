@@ -42,6 +42,7 @@ from .ground_params import ground_params
 from .height import TerrainField, TerrainParams
 from .height_map import color_cube
 from .height_table import octave_table
+from .labels import GroundLabels, LabelledGround
 from .land_water import LAND_WATER, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
@@ -117,6 +118,7 @@ class TerrainSystem(System):
         self._shaders: dict[tuple[str, ...], Compute] = {}
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shader)
         self._land_water = LandWater(setup.gpu, self._shader)
+        self._labels = GroundLabels(setup.world, self._shader)
         self._watered = False  # whether the graph was declared with rivers
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
         self._changes: _Components | None = None
@@ -352,6 +354,7 @@ class TerrainSystem(System):
             only_while=seen,
             help="materials and light of terrain pixels",
         )
+        self._labels.declare(builder, self._labelled(of), seen)
         self._debug.declare(builder, backend, of, lambda: self._bind_heights(of))
 
     def _bind_gbuffer(self, io: PassIO, view: View) -> Callable[[], None]:
@@ -461,6 +464,21 @@ class TerrainSystem(System):
                 between.run(radiance, all_tiles)
 
         return run
+
+    def _labelled(self, view: View) -> LabelledGround:
+        backend = self.backend
+
+        def bind() -> None:
+            self._bind_octaves(view)
+            backend.bind_shading()
+
+        return LabelledGround(
+            backend.labels_file,
+            backend.shades_all and bool(self._world.query(Cover)),
+            self.shows_rivers(),
+            lambda: backend.shades_all and self._component.clutter > 0.0,
+            bind,
+        )
 
     def settled(self, view: View) -> bool:
         return self.backend.settled(view) and not self._solving()

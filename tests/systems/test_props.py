@@ -217,7 +217,7 @@ def test_no_props_no_pass_no_object(scene, renderer):
     stone = scene.add(pf.Transform(tuple(renderer.camera_state(camera).position_m)), pf.Shape())
     renderer.render(camera)
     assert {p.name for p in renderer.passes() if p.name.startswith("props.")} == {
-        "props.gbuffer", "props.shadow", "props.tiles", "props.shade",
+        "props.gbuffer", "props.shadow", "props.tiles", "props.shade", "props.instance",
     }  # fmt: skip
     scene.remove(stone)
     renderer.render(camera)

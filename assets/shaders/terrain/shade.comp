@@ -172,10 +172,15 @@ vec3 ground_light(Spot s, vec3 albedo, vec3 normal, vec3 beam, WaterLight water,
     return albedo * (sunlight * reflected(max(n_l, 0.0), dot(normal, s.view), s.view, water.to_sun) + irradiance / PI);
 }
 
-vec3 ground_radiance(ivec2 pixel) {
-    vec4 attributes = texel_at(u_attributes, pixel);
+// What is there, before any light.
+struct Shown {
+    Ground ground;
+    Material material;
+    vec3 rises, gradient;   // the vertices' gradient; with all that shows of it
+};
+
+Shown ground_shown(Spot s, vec4 attributes) {
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
-    Spot s = spot_at(pixel, attributes);
     vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05), gradient = rises;
 
     GroundDetail detail = ground_detail(s.D, roughness, s.spacing_m, s.footprint_m
@@ -203,6 +208,16 @@ vec3 ground_radiance(ivec2 pixel) {
     material.albedo *= 1.0 + material.ripples.tint * rippled.w;
 #endif
     gradient += bumps - s.zenith * dot(s.zenith, bumps);
+    return Shown(ground, material, rises, gradient);
+}
+
+vec3 ground_radiance(ivec2 pixel) {
+    vec4 attributes = texel_at(u_attributes, pixel);
+    Spot s = spot_at(pixel, attributes);
+    Shown shown = ground_shown(s, attributes);
+    Ground ground = shown.ground;
+    Material material = shown.material;
+    vec3 gradient = shown.gradient;
     vec3 normal = normalize(s.zenith - gradient);
 
     Shore wet;
@@ -216,7 +231,7 @@ vec3 ground_radiance(ivec2 pixel) {
     cover_ground(s, ground, normal, material, open);
 #endif
 #ifdef GROUND_CLUTTER
-    stand_clutter(s, water.to_sun, ground.above_sea_m, rises, gradient, material, normal, open);
+    stand_clutter(s, water.to_sun, ground.above_sea_m, shown.rises, gradient, material, normal, open);
 #endif
     vec3 beam = frame.sun_irradiance * open.x * air_to_space(s.place, frame.sun_direction);
     vec3 radiance = ground_light(s, material.albedo, normal, beam, water, open, ground.hidden_slope);

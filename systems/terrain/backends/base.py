@@ -62,6 +62,8 @@ class Backend(Method):
     contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/surface_height.glsl"}
     shade_file: ClassVar[str] = "terrain/shade.comp"
     """Materials and light of its pixels."""
+    labels_file: ClassVar[str] = "terrain/labels.comp"
+    """Their materials without light."""
     shades_all: ClassVar[bool] = True
     """Whether that file knows water, things that stand on the ground, and pixels that are shaded every few."""
     coast_file: ClassVar[str] = ""

@@ -100,6 +100,7 @@ class PaperGridBackend(Backend):
     name: ClassVar[str] = "grid"
     contracts: ClassVar[Mapping[str, str]] = {"surface_height": "terrain/paper/surface_height.glsl"}
     shade_file: ClassVar[str] = "terrain/paper/shade.comp"
+    labels_file: ClassVar[str] = "terrain/paper/labels.comp"
     shades_all: ClassVar[bool] = False
     coast_file: ClassVar[str] = "terrain/paper/coast.comp"
     faces_out: ClassVar[bool] = False
