@@ -1,0 +1,1 @@
+"""A moderngl-window game whose own Scene objects, read from a file, stand on the planet."""
