@@ -1,8 +1,8 @@
 """An arcade 3 game off a beach: boxes of arcade.gl float there, sprites and a text lie over the picture."""
 
-import arcade
+import arcade  # pyright: ignore[reportMissingImports]
 import moderngl
-from arcade.gl import geometry
+from arcade.gl import geometry  # pyright: ignore[reportMissingImports]
 from pyglet.math import Mat4, Vec3
 
 import planetfall as pf

@@ -5,6 +5,7 @@ from typing import Any
 
 import glm
 import moderngl
+import numpy as np
 from moderngl_window.context.base import WindowConfig
 from moderngl_window.scene.camera import Camera
 
@@ -31,8 +32,10 @@ class Game(WindowConfig):
         for foot in self.space.on_surface(PLACES):
             # Up is another direction at each place, by a second of arc for every 31 m.
             up = self.space.direction_to_host(self.space.to_planet(foot))
-            turn = glm.quat(glm.vec3(0.0, 1.0, 0.0), glm.normalize(glm.vec3(*up)))
-            self.models.append(glm.translate(glm.vec3(*foot)) * glm.mat4_cast(turn))
+            side = np.cross(up, (0.0, 0.0, 1.0))
+            axes = [v / np.linalg.norm(v) for v in (side, up, np.cross(side, up))]
+            columns = np.concatenate([np.stack([*axes, foot]), np.eye(4)[:, 3:]], axis=1)
+            self.models.append(glm.mat4(*columns.ravel().tolist()))
         self.camera = Camera(55.0, self.wnd.aspect_ratio, near=0.1, far=20000.0)
         self.camera.set_position(0.0, 13.0, 0.0)
 
@@ -45,7 +48,7 @@ class Game(WindowConfig):
 
     def on_render(self, time: float, frame_time: float) -> None:
         self.camera.projection.update(aspect_ratio=self.wnd.aspect_ratio)  # windows change their shape
-        view, lens = self.camera.matrix, self.camera.projection.matrix
+        view, lens = np.array(self.camera.matrix), np.array(self.camera.projection.matrix)
         half = len(self.models) // 2
         self.draw(self.models[:half])
         camera, depth = self.space.camera(view, lens), self.space.depth(lens)
