@@ -400,7 +400,7 @@ class CoverQuality:
         6, 1, 16, "", "Blades of grass in 25 cm x 25 cm of a meadow; fewer are wider", cost="light on grass"
     )
     crowns: int = knob(
-        6, 0, 16, "", "Cells of a forest that a ray is followed through where trees are no solids; 0: a colour alone",
+        6, 0, 16, "", "Slabs of a forest that a ray is followed through where trees are no solids; 0: a colour alone",
         cost="light on forests",
     )  # fmt: skip
     light_every: int = knob(

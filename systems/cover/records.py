@@ -85,30 +85,26 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[n
     """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; how near
     (N,) their crowns come, metres; and these trees. A tree in whose leaves the eye is isn't drawn, since they would be
     all that is seen."""
+    edges = np.stack(_edges(camera))
     offset = plants.positions_m - camera.position_m
-    away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    reach = np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m)
-    own = reach * (_NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0])
-    grown = np.clip((own - away) / (_GROWS * reach), 0.0, 1.0)
-    up = plants.positions_m / np.linalg.norm(plants.positions_m, axis=1, keepdims=True)
-    crown = offset + _CROWN * plants.heights_m[:, None] * up
-    wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
-    inside = (grown > 0.0) & ~_holds(plants, offset, up)
+    low = edges @ offset.T
+    high = low + _CROWN * plants.heights_m * (edges @ plants.up.T)
     # A ball around the crown, or the trunk below it: on the picture's side of all of its edges.
-    balls, trunks = np.ones((2, len(plants)), bool)
-    for normal in _edges(camera):
-        high, low = crown @ normal, offset @ normal
-        balls &= high > -wide
-        trunks &= np.maximum(high, low) > -_TRUNK_M
-    inside &= balls | trunks
+    wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
+    inside = (high > -wide).all(axis=0) | (np.maximum(high, low) > -_TRUNK_M).all(axis=0)
     which = np.flatnonzero(inside)
-    which = which[np.argsort(away[which], kind="stable")]
-    found = plants.only(which)
-    rows = tree_records(found, camera.position_m, grown[which])
-    size = plants.heights_m + plants.radii_m
-    near = np.flatnonzero(away[which] < _WINDOWS * size[which])
-    rows["window"][near], rows["stem"][near] = windows(rows[near], up[which[near]], camera)
-    return rows, _crown_m(found, offset[which], up[which]), found
+    few, offset = plants.only(which), offset[which]
+    away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    reach = np.minimum(reach_m, _SEEN_HEIGHTS * few.heights_m)
+    own = reach * (_NEAREST + (1.0 - _NEAREST) * np.modf(few.chance[:, 1] * 13.0)[0])
+    grown = np.clip((own - away) / (_GROWS * reach), 0.0, 1.0)
+    order = np.argsort(away, kind="stable")
+    order = order[((grown > 0.0) & ~_holds(few, offset, few.up))[order]]
+    few, offset, away, grown = few.only(order), offset[order], away[order], grown[order]
+    rows = tree_records(few, camera.position_m, grown)
+    near = np.flatnonzero(away < _WINDOWS * (few.heights_m + few.radii_m))
+    rows["window"][near], rows["stem"][near] = windows(rows[near], few.up[near], camera)
+    return rows, _crown_m(few, offset, few.up), few
 
 
 def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[Floats, Floats]:
@@ -120,43 +116,40 @@ def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[F
     north = np.cross(up, east)
     foot, height, radius = (trees[name].astype(np.float64) for name in ("foot_m", "height_m", "radius_m"))
 
-    def corner(x: float, y: float, share: Floats, wide: Floats) -> Floats:
-        aside = wide[:, None] * (x * east + y * north)
-        return foot + aside + (share * height)[:, None] * up
-
     crown, trunk = 1.03 * radius + _LEANS * height, 0.03 * height + 0.5 * _LEANS * height
-    square = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
     conifer = trees["species"] == Species.CONIFER
     lowest = np.where(conifer, _LOWEST_BRANCH, np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5))
+    # Of a box: (parts, ends, corners, N, 3).
+    share = np.array([[lowest, np.full_like(height, 1.03)], [np.full_like(height, -0.05), lowest]])
+    square = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)])
+    aside = np.einsum("ka,anc->knc", square, np.stack([east, north]))
+    box = foot + np.stack([crown, trunk])[:, None, None, :, None] * aside + (share * height)[:, :, None, :, None] * up
     parts = []
-    for low, high, wide in ((lowest, np.full_like(height, 1.03), crown), (np.full_like(height, -0.05), lowest, trunk)):
-        found = np.tile((1.0, 1.0, -1.0, -1.0), (len(trees), 1))
-        ends = [[corner(x, y, share, wide) for x, y in square] for share in (low, high)]
-        edges = [(level[k], level[(k + 1) % 4]) for level in ends for k in range(4)]
-        edges += list(zip(*ends, strict=True))
-        for a, b in edges:
-            _widen(found, a, b, camera)
+    for low, high in box:
+        a, b = np.stack([low, high, low]), np.stack([np.roll(low, -1, axis=0), np.roll(high, -1, axis=0), high])
+        found = _around(a.reshape(12, -1, 3), b.reshape(12, -1, 3), camera)
         found[:, :2] = np.maximum(found[:, :2] - _WINDOW_MARGIN, -1.0)
         found[:, 2:] = np.minimum(found[:, 2:] + _WINDOW_MARGIN, 1.0)
         parts.append(found)
     return parts[0], parts[1]
 
 
-def _widen(window: Floats, a: Floats, b: Floats, camera: CameraState) -> None:
-    """Makes windows (N, 4) hold the edges from a to b, (N, 3) from the eye, as far as they lie ahead of it."""
-    ahead_a, ahead_b = a @ camera.forward, b @ camera.forward
-    over = np.abs(ahead_a - ahead_b) > 1e-9
-    for start, end, here, there in ((a, b, ahead_a, ahead_b), (b, a, ahead_b, ahead_a)):
-        behind = here < _AHEAD_M
-        share = np.where(behind & over, (_AHEAD_M - here) / np.where(over, there - here, 1.0), 0.0)
-        point = start + share[:, None] * (end - start)
-        shown = ~(behind & (there < _AHEAD_M))
-        z = np.maximum(point @ camera.forward, 0.5 * _AHEAD_M)
-        x = (point @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 2.0 - 1.0
-        y = (point @ camera.up / z - camera.tan_bottom) / (camera.tan_top - camera.tan_bottom) * 2.0 - 1.0
-        place = np.stack([x, y], axis=1)
-        window[shown, :2] = np.minimum(window[shown, :2], place[shown])
-        window[shown, 2:] = np.maximum(window[shown, 2:], place[shown])
+def _around(a: Floats, b: Floats, camera: CameraState) -> Floats:
+    """Windows (N, 4) that hold the edges from a to b, (E, N, 3) from the eye, as far as they lie ahead of it."""
+    start, end = np.concatenate([a, b]), np.concatenate([b, a])
+    here, there = start @ camera.forward, end @ camera.forward
+    behind = here < _AHEAD_M
+    over = np.where(np.abs(there - here) > 1e-9, there - here, 1.0)
+    share = np.where(behind & (over == there - here), (_AHEAD_M - here) / over, 0.0)
+    point = start + share[..., None] * (end - start)
+    shown = ~(behind & (there < _AHEAD_M))
+    z = np.maximum(point @ camera.forward, 0.5 * _AHEAD_M)
+    x = (point @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 2.0 - 1.0
+    y = (point @ camera.up / z - camera.tan_bottom) / (camera.tan_top - camera.tan_bottom) * 2.0 - 1.0
+    place = np.stack([x, y], axis=-1)
+    least = np.where(shown[..., None], place, 1.0).min(axis=0, initial=1.0)
+    most = np.where(shown[..., None], place, -1.0).max(axis=0, initial=-1.0)
+    return np.concatenate([least, most], axis=1)
 
 
 def in_detail(trees: NDArray[np.void], crown_m: Floats, pixel_rad: float) -> tuple[int, int]:

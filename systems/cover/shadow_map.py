@@ -44,7 +44,6 @@ class CoverMapBlock:
     tall_m: Annotated[float, "of a grown broadleaf tree"]
     wide_m: Annotated[float, "its crown's mean radius"]
     octave: Annotated[float, "cells in which crowns far away stand: NESTED_BASE_M times 2 to this"]
-    in_cell: Annotated[float, "so many in each"]
     grass: Annotated[float, "share of what may grow that does"]
     grass_tall: Annotated[float, "height of grass over what it is by default"]
     flowers: Annotated[float, "share of cells with grass that have one"]
@@ -106,7 +105,7 @@ class ShadowMap:
 
     def place(self, camera_m: Floats, forest: Forest, sway: Sway, on: bool) -> None:
         """Say where it lies for a camera. on: whether it is to darken anything."""
-        octave = round(math.log2(2.2 * forest.spacing_m / NESTED_BASE_M))
+        octave = round(math.log2(forest.spacing_m / NESTED_BASE_M))
         self.block.write(
             CoverMapBlock(
                 x=self.axes[0],
@@ -120,9 +119,8 @@ class ShadowMap:
                 south=forest.south,
                 crowns=forest.crowns,
                 tall_m=forest.tall_m,
-                wide_m=forest.spacing_m * math.sqrt(forest.crowns / math.pi),
+                wide_m=NESTED_BASE_M * 2.0**octave * math.sqrt(forest.crowns / math.pi),
                 octave=octave,
-                in_cell=max(round((NESTED_BASE_M * 2.0**octave / forest.spacing_m) ** 2), 1),
                 grass=forest.grass,
                 grass_tall=forest.grass_tall,
                 flowers=forest.flowers,

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,6 +96,11 @@ class Plants:
 
     def __len__(self) -> int:
         return len(self.heights_m)
+
+    @cached_property
+    def up(self) -> Floats:
+        """(N, 3), unit"""
+        return self.positions_m / np.linalg.norm(self.positions_m, axis=1, keepdims=True)
 
     @classmethod
     def of(cls, parts: list[Plants]) -> Plants:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,14 +52,18 @@ def sway_at(wind: Wind, camera_m: Floats, time_s: float) -> Sway:
     """camera_m: (3,) from the planet's centre, float64. A gust is a wave along a straight line through the planet, so
     its phase is the same from wherever it is asked, and there is no seam."""
     up = camera_m / np.linalg.norm(camera_m)
-    at = direction(*wind.at)
-    ahead = heading_pitch_axes(at, wind.direction_deg, 0.0)[0]
+    ahead, gusts_m = _headings(tuple(wind.at), wind.direction_deg)
     level = ahead - (ahead @ up) * up
     level /= max(float(np.linalg.norm(level)), _LEVEL_LEAST)
     strength = _MOST * (1.0 - np.exp(-((wind.speed_m_s / _HALF_M_S) ** 1.5)))
-    gusts = np.empty((GUSTS, 4))
-    for k, (length_m, turned_deg) in enumerate(zip(_GUST_M, _GUST_DEG, strict=True)):
-        along = heading_pitch_axes(at, wind.direction_deg + turned_deg, 0.0)[0] / length_m
-        gusts[k, :3] = along
-        gusts[k, 3] = np.mod(along @ camera_m - time_s * _GUST_SPEED * wind.speed_m_s / length_m, 1.0)
+    runs = time_s * _GUST_SPEED * wind.speed_m_s / np.array(_GUST_M)
+    gusts = np.column_stack([gusts_m, np.mod(gusts_m @ camera_m - runs, 1.0)])
     return Sway(strength * level, gusts, _STRENGTH * wind.gusts, float(np.mod(time_s * _FLUTTER_HZ, 1.0)))
+
+
+@lru_cache(maxsize=8)
+def _headings(at: tuple[float, float], direction_deg: float) -> tuple[Floats, Floats]:
+    """Unit vector (3,) that the wind blows along, and of its gusts (GUSTS, 3), cycles per metre."""
+    place = direction(*at)
+    ahead, *gusts = (heading_pitch_axes(place, direction_deg + turned_deg, 0.0)[0] for turned_deg in (0.0, *_GUST_DEG))
+    return ahead, np.stack(gusts) / np.array(_GUST_M)[:, None]

@@ -1,7 +1,6 @@
-// Crowns of a forest beyond the trees that stand as solids: in each cell of a lattice a few, which end at the cell's
-// walls, so that no neighbour has to be asked. The pixel's ray is followed from where it comes in under the tallest
-// tree through COVER_CROWNS cells, then from what it has met through one or two towards the sun; what it has not met by
-// then is the mean of many. They grow where solids shrink.
+// Crowns of a forest beyond the trees that stand as solids: one in each cell of a lattice, wherever in it. The pixel's
+// ray is followed from where it comes in under the tallest tree through COVER_CROWNS slabs of cells, then from what it
+// has met through a few towards the sun; what it has not met by then is the mean of many. They grow where solids shrink.
 #include "common/nested_noise.glsl"
 #include "terrain/lattice_axes.glsl"
 
@@ -15,11 +14,11 @@ const float CROWN_CLUMPS = 0.35;            // how much light its bulges have mo
 // high the eye is, and the cosine of its angle with the sun.
 const vec3 CROWN_MEAN = vec3(0.78, 0.13, 0.30);
 const vec2 CROWN_DARK = vec2(0.97, 0.65);    // of the sun that a crown takes from the ground, and from another
-const vec2 CROWN_FEET = vec2(0.04, 0.96);   // of a cell
 const vec2 CONIFER = vec2(0.69, 1.3);       // its width and height over a broadleaf's
 const float CROWN_FLAT = 0.85;              // of a tree's height, where the flattest rays come in
 const vec2 CROWN_HALF = vec2(0.36, 0.50);   // half a crown's height over the tree's: of broadleaves, of conifers
-const float SUN_CELLS = 2.0;                // on a ray to the sun
+const float WIDE_M = 160.0;                // the longest stretch of ground that is asked how it rises
+const float SUN_SLABS = 3.0;               // on a ray to the sun
 
 struct Crowns {
     float here;    // 0..1: how much they show
@@ -31,6 +30,46 @@ struct Crowns {
     float tint;    // met times -1..1
 };
 
+// The ground in the picture near a place that is given from the camera, xyz from s.point; w: 1, or 0 where something
+// else is seen there.
+vec4 ground_beside(Spot s, vec3 place) {
+    vec4 clip = clip_position(place);
+    vec2 ndc = clip.xy / max(clip.w, 1e-3);
+    ivec2 pixel = ivec2(floor((0.5 + 0.5 * ndc) / frame.texel_size));
+    vec2 inside = step(abs(ndc), vec2(0.999));
+    bool ground = inside.x * inside.y * clip.w > 0.0 && texel_at(u_surface, pixel).r == SURFACE_TERRAIN;
+    ndc = ndc_of_pixel(vec2(pixel) + 0.5);
+    float depth = ground ? texel_at(u_depth, pixel).r : 1.0;
+    return vec4(position_from_depth(ndc, max(depth, 1e-9)) - s.point, ground && depth > 0.0 ? 1.0 : 0.0);
+}
+
+// The plane that the ground has over the stretch in which a ray is followed, from other pixels: its normal, and w how
+// high above it the pixel's own place is. With the normal of each pixel rays that lie side by side would meet the same
+// crown elsewhere, and it would be seen smeared.
+vec4 wide_ground(Spot s, float tall_m) {
+    vec3 ahead = normalize(s.view - dot(s.view, s.zenith) * s.zenith), aside = cross(s.zenith, ahead);
+    vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05);
+    float reach_m = clamp(tall_m / max(dot(s.coarse, s.view), 0.06), 2.0 * tall_m, WIDE_M), lift_m = 0.0;
+    vec2 slope = vec2(dot(rises, ahead), dot(rises, aside));
+    vec3 to = ahead + clamp(slope.x, -0.5, 0.5) * s.zenith;
+    vec4 half_way = ground_beside(s, s.point + 0.5 * reach_m * to), nearer = ground_beside(s, s.point + reach_m * to);
+    vec3 x = vec3(0.0, dot(half_way.xyz, ahead), dot(nearer.xyz, ahead));
+    vec3 y = vec3(0.0, dot(half_way.xyz, s.zenith), dot(nearer.xyz, s.zenith));
+    if (nearer.w * half_way.w * x.y > 0.1 * reach_m && x.z > x.y + 0.1 * reach_m && x.z < 3.0 * reach_m) {
+        // The line of least squares through three places.
+        float mean_x = (x.y + x.z) / 3.0, mean_y = (y.y + y.z) / 3.0;
+        vec3 dx = x - mean_x;
+        slope.x = dot(dx, y) / dot(dx, dx);
+        lift_m = slope.x * mean_x - mean_y;
+    }
+    nearer = ground_beside(s, s.point + reach_m * (aside + clamp(slope.y, -0.5, 0.5) * s.zenith));
+    vec2 moved = vec2(dot(nearer.xyz, ahead), dot(nearer.xyz, aside));
+    if (nearer.w * moved.y > 0.3 * reach_m && abs(moved.x) < 3.0 * reach_m)
+        slope.y = (dot(nearer.xyz, s.zenith) + lift_m - slope.x * moved.x) / moved.y;
+    slope = clamp(slope, -2.0, 2.0);
+    return vec4(normalize(s.zenith - slope.x * ahead - slope.y * aside), clamp(lift_m, -0.5 * tall_m, 0.5 * tall_m));
+}
+
 // share: of places that have one; conifer: of those; wide_m: a crown's mean radius; in_sun: area of crowns across the
 // sun's light, over the ground's.
 Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_m, float in_sun) {
@@ -39,10 +78,11 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     Crowns found = Crowns(clamp(2.0 - s.across_m / (CROWN_SPAN * wide_m), 0.0, 1.0)
         * step(0.01, share) * step(CROWNS_FROM, s.distance_m), 1.0, 1.0, 0.0, 0.0, 0.0, 0.0);
     if (found.here <= 0.0) return found;
-    vec3 up = clutter_axes(s.zenith, s.zenith), eye = clutter_axes(levelled(s.view, s.coarse, s.zenith), s.zenith);
+    vec4 plane = wide_ground(s, tall_m);
+    vec3 up = clutter_axes(s.zenith, s.zenith), eye = clutter_axes(levelled(s.view, plane.xyz, s.zenith), s.zenith);
     vec3 sun = frame.sun_direction + max(0.05 - dot(frame.sun_direction, s.zenith), 0.0) * s.zenith;
-    sun = clutter_axes(levelled(normalize(sun), s.coarse, s.zenith), s.zenith);
-    float rise = dot(eye, up), tall = tall_m / size, top = tall * CONIFER.y;
+    sun = clutter_axes(levelled(normalize(sun), plane.xyz, s.zenith), s.zenith);
+    float rise = dot(eye, up), lift = plane.w / size, tall = tall_m / size, top = tall * CONIFER.y;
     ivec3 lattice;
     vec3 fraction;
     float frequency;
@@ -51,9 +91,9 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     // In cells. ray: along the ground; climbs: and up, for each cell along it.
     vec3 ray = rise * up - eye;
     // Flat rays come in lower: they would be all cells above the crowns.
-    float height = clamp(float(COVER_CROWNS) * rise, CROWN_FLAT * tall, top), climbs = -rise;
+    float height = clamp(float(COVER_CROWNS) * rise + lift, CROWN_FLAT * tall, top), climbs = -rise;
     float turns = float(COVER_CROWNS);
-    vec2 at = clutter_axes(fraction, s.zenith).xy - (height / rise) * ray.xy, over = floor(at);
+    vec2 at = clutter_axes(fraction, s.zenith).xy - ((height - lift) / rise) * ray.xy, over = floor(at);
     ivec2 column = clutter_axes(lattice, s.zenith).xy + ivec2(over);
     at -= over;
     bool seeing = true;
@@ -63,22 +103,23 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     float mean_lit = mix(0.5 * (facing + sqrt(facing * facing + 0.25)), 1.0, CROWN_LIT)
         * (dot(CROWN_MEAN, vec3(1.0, rise, dot(eye, sun))) - 0.10 * conifer);
     while (turns > 0.0) {
-        uvec2 seed = uvec2(column + 71) * 1664525u + 1013904223u;
-        ivec3 bits = lattice_hash(seed.x, seed.y, 2654435769u);
-        vec3 one = vec3(bits & 0xfff) * (1.0 / 4095.0), two = vec3((bits >> 12) & 0xfff) * (1.0 / 4095.0);
-        float away = (s.distance_m - (seeing ? height / rise * size : 0.0)) * (1.0 / float(GROUND_COVER));
-        vec2 wall = (step(0.0, ray.xy) - at) / (ray.xy + vec2(1e-9));
-        float leaves = max(min(wall.x, wall.y), 0.0) + 1e-4;
-        leaves = seeing ? min(leaves, height / rise + 1e-4) : leaves;
-        float nearest_t = leaves, cover = 0.0, hue_met = 0.0;
+        // A slab of cells across the axis that the ray follows best, and of those the three that lie around it: no
+        // crown of another reaches it.
+        vec2 along = abs(ray.x) > abs(ray.y) ? vec2(1.0, 0.0) : vec2(0.0, 1.0), aside = along.yx;
+        float slab = dot(step(0.0, ray.xy) - at, along) / (dot(ray.xy, along) + 1e-9) + 1e-4;
+        vec2 beside = floor(dot(at + 0.5 * slab * ray.xy, aside)) * aside;
+        float away = (s.distance_m - (seeing ? (height - lift) / rise * size : 0.0)) * (1.0 / float(GROUND_COVER));
+        float ground = seeing ? (height - lift) / rise + 1e-4 : 1e9, nearest_t = ground, cover = 0.0, hue_met = 0.0;
         vec3 normal = up;
-        for (int k = 0; k < int(cover_map.in_cell); ++k) {
-            vec2 foot = mix(vec2(CROWN_FEET.x), vec2(CROWN_FEET.y),
-                fract(one.xy + float(k) * vec2(0.7548777, 0.5698403)));
-            float chance = fract(one.z + float(k) * 0.6180340), age = fract(two.x + float(k) * 0.4142136);
-            bool cone = fract(two.y + float(k) * 0.7320508) < conifer;
-            float hue = fract(two.z + float(k) * 0.3247180);
-            float grown = clamp((away - 0.62 - 0.28 * hue) * 10.0, 0.0, 1.0) * step(chance, share);
+        for (int k = -1; k <= 1; ++k) {
+            vec2 cell = beside + float(k) * aside;
+            uvec2 seed = uvec2(column + ivec2(cell) + 71) * 1664525u + 1013904223u;
+            ivec3 bits = lattice_hash(seed.x, seed.y, 2654435769u);
+            vec3 one = vec3(bits & 0xfff) * (1.0 / 4095.0), two = vec3((bits >> 12) & 0xfff) * (1.0 / 4095.0);
+            vec2 foot = cell + one.xy;
+            float age = two.x, hue = two.z;
+            bool cone = two.y < conifer;
+            float grown = clamp((away - 0.62 - 0.28 * hue) * 10.0, 0.0, 1.0) * step(one.z, share);
             float high = tall * (0.62 + 0.5 * age) * (cone ? CONIFER.y : 1.0) * grown;
             float semi = high * (cone ? CROWN_HALF.y : CROWN_HALF.x) + 1e-3;
             float radius = wide * (0.70 + 0.40 * age) * (cone ? CONIFER.x : 1.0) * grown + 1e-4;
@@ -89,13 +130,14 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
             vec3 d = ray + (climbs * squash) * up;
             float inverse2 = 1.0 / dot(d, d), b = dot(o, d) * inverse2;
             vec3 nearest = o - b * d;
-            float aside = length(nearest);
+            float from_axis = length(nearest);
             float ragged = 1.0
                 + 0.10 * clutter_wave(hue + (1.7 * nearest.x - 1.3 * nearest.y + 1.1 * nearest.z) / radius);
-            float half_chord = sqrt(max(radius * radius - aside * aside, 0.0) * inverse2);
-            float enters = max(-b - half_chord, 0.0);
-            float covers = clamp(0.5 + (radius * ragged - aside) / width, 0.0, 1.0) * step(0.01, grown);
-            if (enters < nearest_t && half_chord > b && covers > 0.0) {
+            float half_chord = sqrt(max(radius * radius - from_axis * from_axis, 0.0) * inverse2);
+            float enters = seeing ? -b - half_chord : max(-b - half_chord, 0.0);
+            float covers = clamp(0.5 + (radius * ragged - from_axis) / width, 0.0, 1.0) * step(0.01, grown);
+            // Those that it has passed take nothing from the sun.
+            if (enters < nearest_t && (seeing || half_chord > b) && covers > 0.0) {
                 nearest_t = enters;
                 cover = covers;
                 hue_met = hue;
@@ -103,7 +145,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
                 normal = normalize(round + (squash - 1.0) * dot(round, up) * up + 0.15 * up);
             }
         }
-        float low = clamp((height + nearest_t * climbs) / tall, 0.0, 1.0);
+        float low = clamp((height + min(nearest_t, slab) * climbs) / tall, 0.0, 1.0);
         float weight = seeing ? found.left * cover : 0.0;
         found.left -= weight;
         found.met += weight;
@@ -115,7 +157,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
         found.sun *= seeing ? 1.0 : 1.0 - cover * (found.left < 0.05 ? CROWN_DARK.y : CROWN_DARK.x);
         turns -= 1.0;
         bool ends = seeing && found.left < 0.05;
-        float step_t = ends ? max(nearest_t, 0.0) : leaves;
+        float step_t = ends ? nearest_t : min(slab, ground);
         at += step_t * ray.xy;
         height += step_t * climbs;
         if (ends) {
@@ -126,9 +168,9 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
         over = floor(at);
         column += ivec2(over);
         at -= over;
-        if (ends || (seeing && height <= 0.0)) {
+        if (ends || (seeing && height <= lift + 1e-4)) {
             seeing = false;
-            turns = SUN_CELLS;
+            turns = SUN_SLABS;
             climbs = dot(sun, up);
             ray = sun - climbs * up;
         }
