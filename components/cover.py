@@ -32,6 +32,11 @@ class Cover:
     )
     height_m: float = knob(15.0, 0.5, 100.0, "m", "Of a grown broadleaf tree; conifers grow a third higher", log=True)
     steepest_deg: float = knob(38.0, 0.0, 89.0, "deg", "Slope above which none stands")
+    savanna: float = knob(
+        0.12, 0.0, 1.0, "", "Share of the places that have a tree where it is warm and too dry for a forest; 0: none"
+    )
+    palms: float = knob(0.7, 0.0, 1.0, "", "Share of the trees along warm coasts that are palms")
+    dead: float = knob(0.015, 0.0, 1.0, "", "Share of the trees that are dead and still stand")
     shrubs: float = knob(
         1.0, 0.0, 2.0, "", "Share of the places that may have a shrub where they grow well; 0: none", cost="to draw"
     )

@@ -26,7 +26,7 @@ PICTURES = {
 SEVERAL = ("moonrise", "earthrise")
 """Pictures of the scene earth_moon, named as their views."""
 WOODS = {
-    **{view: view for view in ("forest", "meadow", "woodland", "canopy", "treeline", "grove")},
+    **{view: view for view in ("forest", "meadow", "woodland", "canopy", "treeline", "grove", "savanna", "palms")},
     "hills": "near",
 }
 """Pictures of the scene woods, and their views."""

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from ...components import Terrain
 
-__all__ = ["Climate", "Growing", "GrowingGround"]
+__all__ = ["Climate", "Growing", "GrowingGround", "ramp", "savanna"]
 
 Floats = NDArray[np.float64]
 
 _MEAN_MOISTURE = 0.41  # as systems/terrain/material.py takes it off
 _LEAST_CLIMATE_M = 1.0
+_SAVANNA_HUMID, _SAVANNA_WARM = (0.38, 0.46, 0.55, 0.49), (0.40, 0.60)
+"""Between which savanna begins, and ends where forest does; as in assets/shaders/terrain/forest.glsl."""
 
 
 class GrowingGround(Protocol):
@@ -49,6 +51,16 @@ class Climate:
     humidity: Floats
 
 
+def savanna(climate: Climate) -> Floats:
+    """0 elsewhere .. 1 where it is warm, and too dry for a forest."""
+    begins, whole, ends, less = _SAVANNA_HUMID
+    return (
+        ramp(begins, whole, climate.humidity)
+        * ramp(ends, less, climate.humidity)
+        * ramp(*_SAVANNA_WARM, climate.warmth)
+    )
+
+
 @dataclass(frozen=True)
 class Growing:
     """What of the component Terrain decides where trees grow."""
@@ -59,16 +71,22 @@ class Growing:
     snow_line_rise_m: float
     lowest_m: float
     """above the sea and its beach"""
+    beach_m: float = 0.0
+    """how high the beach is, below that"""
+    savanna: float = 0.0
+    """share of the places that have a tree where it is warm and too dry for a forest"""
 
     @classmethod
-    def of(cls, terrain: Terrain, sea_level_m: float | None) -> Growing:
-        """sea_level_m: None where there is no sea."""
+    def of(cls, terrain: Terrain, sea_level_m: float | None, savanna: float = 0.0) -> Growing:
+        """sea_level_m: None where there is no sea. savanna: as Cover has it."""
         return cls(
             terrain.plants,
             terrain.humidity - _MEAN_MOISTURE,
             terrain.snow_line_m,
             terrain.snow_line_pole_m - terrain.snow_line_m,
             -np.inf if sea_level_m is None else sea_level_m + terrain.beach_height_m,
+            terrain.beach_height_m,
+            savanna,
         )
 
     def climate(self, ground: GrowingGround, directions: Floats, height_m: Floats) -> Climate:
@@ -82,8 +100,8 @@ class Growing:
         return Climate(warmth, humidity)
 
     def woods(self, climate: Climate) -> Floats:
-        """0 none .. 1 a forest: growth.trees of terrain/material.glsl."""
-        return self._growing(climate) * self._wooded(climate)
+        """0 none .. 1 a forest: growth.trees of terrain/material.glsl, and the savanna's of terrain/forest.glsl."""
+        return self._growing(climate) * np.maximum(self._wooded(climate), self.savanna * savanna(climate))
 
     def shrubs(self, climate: Climate) -> Floats:
         """0 none .. 0.55 under the trees of a forest: growth.shrubs of terrain/material.glsl."""

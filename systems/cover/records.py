@@ -21,6 +21,8 @@ _NEAREST = 0.72
 """Share of the reach within which all trees are drawn; each of the others has a distance of its own."""
 _LOWEST_LEAF, _LEAF_M = 0.2, 0.2
 """Of a broadleaf's crown, as a share of its height; and how near to the eye its leaves may come."""
+_FLAT_LEAF = 0.7
+"""The same of an acacia's and a palm's."""
 _CROWN = 0.6
 """Height of the crown's middle over the tree's."""
 _TRUNK_M = 0.6
@@ -38,6 +40,8 @@ _WINDOW_MARGIN = 0.01
 _AHEAD_M = 0.05
 _LIMB_PIXEL = 0.6 * 0.009
 """Over a tree's height: what a pixel spans where its limbs have become too thin to be drawn."""
+_ACACIA_LIMB = 5.0
+"""How much farther an acacia's show, which are thicker and all that holds its crown."""
 _SHRUB_SUNK = 0.35
 """A shrub is drawn as a broadleaf tree that is sunk by this share of its height, up to its crown."""
 _SEEN_HEIGHTS = 150.0
@@ -162,7 +166,8 @@ def in_detail(trees: NDArray[np.void], crown_m: Floats, pixel_rad: float) -> tup
         return int(which[-1]) + 1 if len(which) else 0
 
     leaves = first(pixel < _LEAF_PIXEL_M)
-    return leaves, max(first(pixel < _LIMB_PIXEL * trees["height_m"]), leaves)
+    thick = np.where(trees["species"] == Species.ACACIA, _ACACIA_LIMB, 1.0) * trees["height_m"]
+    return leaves, max(first(pixel < _LIMB_PIXEL * thick), leaves)
 
 
 def _crown_m(plants: Plants, offset_m: Floats, up: Floats) -> Floats:
@@ -191,4 +196,5 @@ def _holds(plants: Plants, offset_m: Floats, up: Floats) -> NDArray[np.bool_]:
     # cover/lobes.glsl, and the cone of cover/tree.glsl.
     conifer = plants.species == Species.CONIFER
     wide = np.where(conifer, 1.0 - share, 1.0) * plants.radii_m + _LEAF_M
-    return (share > np.where(conifer, 0.0, _LOWEST_LEAF)) & (share < 1.0) & (aside < wide)
+    flat = (plants.species == Species.ACACIA) | (plants.species == Species.PALM)
+    return (share > np.select([conifer, flat], [0.0, _FLAT_LEAF], _LOWEST_LEAF)) & (share < 1.0) & (aside < wide)

@@ -47,6 +47,7 @@ class CoverMapBlock:
     grass: Annotated[float, "share of what may grow that does"]
     grass_tall: Annotated[float, "height of grass over what it is by default"]
     flowers: Annotated[float, "share of cells with grass that have one"]
+    savanna: Annotated[float, "share of places that have a tree where it is warm and dry"]
     gusting: Annotated[float, "share by which one gust's crest strengthens the wind"]
     flutter: Annotated[float, "phase of the leaves' own motion, 0..1"]
     sway: Annotated[Vec3, "what the wind moves tips by, over their height; planet axes"]
@@ -66,6 +67,7 @@ class Forest(NamedTuple):
     grass: float = 0.0
     grass_tall: float = 1.0
     flowers: float = 0.0
+    savanna: float = 0.0
 
 
 REACH_M = 600.0
@@ -124,6 +126,7 @@ class ShadowMap:
                 grass=forest.grass,
                 grass_tall=forest.grass_tall,
                 flowers=forest.flowers,
+                savanna=forest.savanna,
                 gusting=sway.gusting,
                 flutter=sway.flutter,
                 sway=sway.bend,

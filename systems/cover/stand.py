@@ -20,7 +20,7 @@ from ...components.mask import mask_share
 from ...engine.frame.labels import instances_of
 from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
 from .chance import draws, patches
-from .growth import Growing, GrowingGround, ramp
+from .growth import Climate, Growing, GrowingGround, ramp, savanna
 
 __all__ = ["LAYERS", "NOTHING", "SHRUBS", "TREES", "Layer", "Plants", "Plot", "Species", "plants_in", "plot_level"]
 
@@ -35,6 +35,10 @@ _SUNK_M = 0.1
 """How deep a trunk begins below the ground, so that no slope shows its end."""
 _BANK_M = 0.4
 """Height above a river or a lake below which nothing stands."""
+_COAST_M, _PALM_WARM = (25.0, 6.0), (0.62, 0.75)
+"""Height above the beach between which palms begin, downwards; and warmth."""
+_ON_BEACH, _UP_BEACH = 0.3, 0.7
+"""Share of palms that may stand on the beach, and of its height in which they do."""
 _GROUP_M = (180.0, 45.0)
 """Sizes of woods and clearings, and of groups in them."""
 _SEEDS = (11, 12)
@@ -46,6 +50,12 @@ class Species(IntEnum):
     BROADLEAF = 0
     CONIFER = 1
     SHRUB = 2
+    ACACIA = 3
+    """Flat-topped, of the savanna"""
+    PALM = 4
+    """Along warm coasts"""
+    DEAD = 5
+    """A broadleaf tree that still stands"""
 
 
 @dataclass(frozen=True)
@@ -162,12 +172,15 @@ def plants_in(
         tall = cover.shrub_height_m * (0.35 + 0.85 * chance[4] ** 2)
         radius = tall * (0.55 + 0.35 * chance[3])
     else:
-        species = np.where(chance[3] < ramp(0.62, 0.34, warmth), Species.CONIFER, Species.BROADLEAF).astype(np.int64)
+        climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v))
+        species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
         tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
     names = np.stack([face, np.full_like(face, level), i, j, number + layer.first], axis=1)
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
-    dry = (height > growing.lowest_m) & ~ground.is_wet(direction, height - _BANK_M)
+    # On the beach a few palms.
+    lowest = np.where((species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH), _UP_BEACH, 0.0)
+    dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~ground.is_wet(direction, height - _BANK_M)
     if cover.mask is not None and len(direction):
         dry &= chance[2] < share[on] * mask_share(cover.mask, direction)
     return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]
@@ -190,12 +203,24 @@ def _groups(face: Ints, x: Floats, y: Floats, edge_m: float, woods: Floats) -> F
     return ramp(0.2, 0.78, 0.65 * wide + 0.35 * narrow + 0.28 * woods)
 
 
+def _species(chance: Floats, other: Floats, climate: Climate, above_sea_m: Floats, cover: Cover) -> Ints:
+    """Which tree stands at a place. chance, other: of [0, 1)."""
+    conifer = chance < ramp(0.62, 0.34, climate.warmth)
+    dry = chance < savanna(climate) * min(cover.savanna * 1e3, 1.0)
+    coast = ramp(*_COAST_M, above_sea_m) * ramp(*_PALM_WARM, climate.warmth)
+    found = np.where(conifer, Species.CONIFER, np.where(dry, Species.ACACIA, Species.BROADLEAF))
+    found = np.where(np.modf(other * 31.0)[0] < cover.palms * coast, Species.PALM, found)
+    return np.where(np.modf(other * 17.0)[0] < cover.dead, Species.DEAD, found).astype(np.int64)
+
+
 def _size(species: Ints, chance: Floats, warmth: Floats, woods: Floats, height_m: float) -> tuple[Floats, Floats]:
     """Heights and radii of crowns: few are grown, none is at the tree line; in the open they grow wider."""
     conifer = species == Species.CONIFER
     grown = (0.45 + 0.65 * np.sqrt(chance)) * np.sqrt(ramp(0.10, 0.34, warmth))
-    tall = height_m * np.where(conifer, 1.3, 1.0) * np.maximum(grown, 0.12)
-    return tall, tall * np.where(conifer, 0.19, 0.42 - 0.12 * woods) * (0.85 + 0.3 * np.modf(chance * 7.0)[0])
+    acacia, palm = species == Species.ACACIA, species == Species.PALM
+    tall = height_m * np.select([conifer, acacia, palm], [1.3, 0.68, 0.75], 1.0) * np.maximum(grown, 0.12)
+    wide = np.select([conifer, acacia, palm], [0.19, 0.50, 0.26], 0.42 - 0.12 * woods)
+    return tall, tall * wide * (0.85 + 0.3 * np.modf(chance * 7.0)[0])
 
 
 @dataclass(frozen=True)
@@ -203,6 +228,7 @@ class _Coarse:
     """Climate and slope at the corners of the plots' squares: (plots, _COARSE + 1, _COARSE + 1)."""
 
     warmth: Floats
+    humidity: Floats
     share: Floats
     """of places that have a plant of the layer"""
     slope: Floats
@@ -220,7 +246,9 @@ class _Coarse:
         rise = np.gradient(height.reshape(shape), side, axis=(1, 2))
         climate = growing.climate(ground, direction, height)
         share = growing.shrubs(climate) if layer is SHRUBS else growing.woods(climate)
-        return cls(climate.warmth.reshape(shape), share.reshape(shape), np.hypot(*rise))
+        return cls(
+            climate.warmth.reshape(shape), climate.humidity.reshape(shape), share.reshape(shape), np.hypot(*rise)
+        )
 
     @staticmethod
     def at(values: Floats, plot: Ints, u: Floats, v: Floats) -> Floats:

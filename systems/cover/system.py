@@ -168,7 +168,7 @@ class CoverSystem(System):
             sea = None if ocean is None else ocean.sea_level_m
             key = (ground, revision(component, *GROWS), revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
-            growing = Growing.of(terrain, sea)
+            growing = Growing.of(terrain, sea, cover.savanna)
             for near in view.nears:
                 own = min(reach, _SHRUBS_M) if near.layer is SHRUBS else reach
                 near.refresh(key, direction, own, ground, growing, cover, terrain.seed, budget)
@@ -225,6 +225,7 @@ class CoverSystem(System):
             cover.grass,
             tall,
             flowers,
+            cover.savanna * min(cover.density, 1.0),
         )
 
     def settled(self, view: View) -> bool:

@@ -14,10 +14,10 @@ __all__ = ["LOOK_M", "Trunks", "touch"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TREE_TRUNK = 0.022
-"""Radius at the foot, over the tree's height: the twin of the shader's constant."""
-_END, _CONIFER_END = 0.8, 1.0
-"""Where the cone has its tip, over the tree's height."""
+TREE_TRUNK, ACACIA_TRUNK = 0.022, 0.027
+"""Radius at the foot, over the tree's height, and that of acacias: twins of the shader's constants."""
+_END, _TALL_END = 0.8, 1.0
+"""Where the cone has its tip, over the tree's height; of all but broadleaves."""
 _ROOT = 0.05
 """How far the cone goes on below the foot, over the tree's height."""
 _BREAST_M = 1.3
@@ -50,9 +50,10 @@ class Trunks:
     def of(cls, plants: Plants) -> Trunks:
         """One for each tree."""
         axes = plants.positions_m / np.linalg.norm(plants.positions_m, axis=1, keepdims=True)
-        ends = np.where(plants.species == Species.CONIFER, _CONIFER_END, _END)
-        tall = plants.heights_m
-        return cls(plants.positions_m, axes, ends * tall, TREE_TRUNK * tall, _ROOT * tall)
+        flat, tall = np.isin(plants.species, (Species.ACACIA, Species.PALM)), plants.heights_m
+        wide = np.where(plants.species == Species.ACACIA, ACACIA_TRUNK, TREE_TRUNK)
+        ends = np.where(flat | (plants.species == Species.CONIFER), _TALL_END, _END)
+        return cls(plants.positions_m, axes, ends * tall, wide * tall, _ROOT * tall)
 
     def breast_radii_m(self) -> Floats:
         """(N,) at breast height, or at half the length of a shorter trunk."""

@@ -54,6 +54,8 @@ VIEWS = [
     "ranges",
     "forest",
     "meadow",
+    "savanna",
+    "palms",
     "treeline",
     "canopy",
     "grove",

@@ -104,7 +104,7 @@ def knob_picture(name: str, planet: str, view: str, changes: Mapping[str, Any], 
 
 def debug_picture(name: str) -> Picture:
     """A debug view. Those of triangles and of surfaces need pixels or water to show anything."""
-    fine = name in ("wireframe", "error_px", "snap_overlay")
+    fine = name in ("wireframe", "snap_overlay")
     view = (
         "coast"
         if name in ("surface", "tiles")
@@ -269,9 +269,12 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0}),
     Picture("cover/without_crowns", "woods", "near", CROWN_SIZE, overrides={"cover.reach_m": 100.0, "cover.crowns": 0}),
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
-    Picture("cover/forest_unshaded", "woods", "forest", KNOB_SIZE, overrides={"cover.shadows": False}),
     Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),
     Picture("cover/meadow_mown", "woods", "meadow", GRASS_SIZE, {"cover.grass": 0.0}),
+    Picture("cover/savanna", "woods", "savanna", KNOB_SIZE),
+    Picture("cover/savanna_without", "woods", "savanna", KNOB_SIZE, {"cover.savanna": 0.0}),
+    Picture("cover/palms", "woods", "palms", KNOB_SIZE),
+    Picture("cover/palms_without", "woods", "palms", KNOB_SIZE, {"cover.palms": 0.0}),
     Picture("cover/branch", "woods", "ground", GRASS_SIZE),
     Picture("cover/woodland", "woods", "woodland", KNOB_SIZE),
     Picture("cover/woodland_autumn", "woods", "woodland", KNOB_SIZE, {"cover.season": 0.79}),

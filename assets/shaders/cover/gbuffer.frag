@@ -24,12 +24,12 @@ float on_its_day(float from, float chance) {
 
 void main() {
     float away = length(v_ray), day = fract(13.0 * v_form.w);
-    float sheds = v_form.y < 0.5 ? 1.0 : 0.0, bare = sheds * on_its_day(u_season.y, day);
-    TreeHit hit = tree_hit(uint(v_form.y), v_camera, v_ray / away, v_form.x, v_form.z, v_lobes,
+    float sheds = v_form.y < 0.5 ? 1.0 : 0.0, bare = v_form.y == TREE_DEAD ? 1.0 : sheds * on_its_day(u_season.y, day);
+    TreeHit hit = tree_hit(v_form.y, v_camera, v_ray / away, v_form.x, v_form.z, v_lobes,
         away * frame.pixel_rad, min(TUFT_M, SMALL_TUFT * v_form.x * v_height_m) / v_height_m, bare);
     if (hit.t <= 0.0) discard;
     // Leaves of one tree differ little, trees from one another more.
-    vec3 leaf = mix(u_albedos[int(v_form.y)], u_autumn[int(4.0 * fract(7.0 * v_form.w))],
+    vec3 leaf = mix(u_albedos[v_form.y == TREE_CONIFER ? 1 : 0], u_autumn[int(4.0 * fract(7.0 * v_form.w))],
         sheds * on_its_day(u_season.x, day));
     leaf = mix(leaf, u_albedos[2], 0.9 * bare) * (1.0 + 0.5 * (v_form.w - 0.5) * vec3(1.2, 0.8, 0.7));
     o_normal = oct_encode(mat3(v_x, cross(v_up, v_x), v_up) * hit.normal);

@@ -29,7 +29,7 @@ void main() {
     v_from = (start - tree.foot_m) * axes * (1.0 / tree.height_m);
     v_ray = -u_sun * axes;
     v_start_m = dot(start, u_sun);
-    tree_lobes(tree.radius_m / tree.height_m, tree.turn, v_lobes);
+    tree_lobes(tree.species, tree.radius_m / tree.height_m, tree.turn, v_lobes);
     v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.height_m);
     gl_Position = vec4(dot(point, u_x) * u_per_m, dot(point, u_y) * u_per_m, 0.5, 1.0);
 }

@@ -18,10 +18,13 @@ const float TWIGS = 0.30;             // share of a crown's tufts that leaves no
 const float TWIG_THIN = 60.0;
 const float BARK_FURROWS = 25.0;      // around a trunk
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
+const float ACACIA_TRUNK = 0.027, PALM_TRUNK = 0.022;
 const float LIMB = 0.009;             // of a limb
+const float ACACIA_LIMB = 1.6;        // over that
+const float FROND_TOP = 0.97, FROND_HANGS = 0.21, FROND_THICK = 0.042;   // heights of a palm's fronds
+const float FROND_LEAF = 1.7;         // size of their tufts over others'
 const float CONIFER_FOOT = 0.07;      // height of the lowest branches
 const float TREE_WHORLS = 11.0;
-const uint TREE_CONIFER = 1u;
 const mat3 TUFT_LATTICE = mat3(0.36, 0.48, -0.80, -0.80, 0.60, 0.00, 0.48, 0.64, 0.60);   // a rotation
 
 struct TreeHit {
@@ -40,6 +43,8 @@ struct TreeRay {
     float fine;       // 0: a pixel is wider than tufts
     float rows;       // of leaves in a tuft; 0: a pixel doesn't show them
     float bare;       // 0..1: twigs without leaves
+    bool flat_top;    // an acacia or a palm
+    bool palm;
 };
 
 uint tree_mix(uint x) {
@@ -95,10 +100,23 @@ float tree_open(float outer, float up, float chance) {
     return clamp(0.16 + 0.62 * outer * outer + 0.20 * up - 0.12 * chance, 0.08, 1.0);
 }
 
+// Nine fronds that hang: above 0 within one.
+float palm_frond(TreeRay r, vec3 place) {
+    float aside2 = dot(place.xy, place.xy), cosine = place.x * inversesqrt(aside2 + 1e-8);
+    cosine = (4.0 * cosine * cosine - 3.0) * cosine;   // of three times the angle
+    cosine = (4.0 * cosine * cosine - 3.0) * cosine;   // of nine times
+    float out2 = aside2 / (r.radius * r.radius), high = FROND_TOP - FROND_HANGS * out2;
+    // No thinner than a step.
+    float off = (place.z - high) / max(FROND_THICK, 0.7 * r.size);
+    return 0.8 - off * off - mix(0.4, 0.9, r.fine) * (0.5 - cosine) * min(4.0 * out2, 1.0);
+}
+
 // Lobes are tried in the order in which the ray enters them: the first ones close nearly all of them.
 void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint seed) {
-    const vec3 outer_squash = vec3(1.0, 1.0, 1.0 / LOBE_FLAT);
-    vec3 inner_squash = vec3(1.0, 1.0, lobes[0].w * (1.0 / INNER_HIGH)), middle = vec3(0.0, 0.0, 0.62);
+    // Flat ones: height over width of lobes, half the height of the inner one; the crown's middle, half its height.
+    vec4 shape = r.flat_top ? vec4(0.34, r.palm ? 0.13 : 0.055, 0.87, 0.14) : vec4(LOBE_FLAT, INNER_HIGH, 0.62, 0.36);
+    vec3 outer_squash = vec3(1.0, 1.0, 1.0 / shape.x), inner_squash = vec3(1.0, 1.0, lobes[0].w / shape.y);
+    vec3 middle = vec3(0.0, 0.0, shape.z);
     float last = -1e9;
     for (int turn = 0; turn < TREE_TURNS; ++turn) {
         float begin = 1e9, end = 0.0;
@@ -126,9 +144,10 @@ void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint
             vec3 place = r.from + t * r.ray, level = o + t * d, tuft;
             float clump = tree_clump(place / r.radius, r.turn);
             float inside = 1.0 - dot(level, level) + CLUMPS_DEEP * (clump - 0.45);   // 0 where leaves begin
+            inside = r.palm ? palm_frond(r, place) : inside;
             // Sparse at the rim, closed within.
             if (tree_tuft(r, place, clamp(0.12 + 1.2 * inside, 0.0, 0.9) * (1.0 - TWIGS * r.bare), seed, tuft)) {
-                vec3 away = place - middle, share = away / vec3(r.radius, r.radius, 0.36);
+                vec3 away = place - middle, share = away / vec3(r.radius, r.radius, shape.w);
                 vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
                 found = TreeHit(t, normalize(crown + (0.55 * r.fine) * tuft),
                     tree_open(length(share), clamp(share.z, -1.0, 1.0), dot(tuft, tuft))
@@ -185,7 +204,8 @@ void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
 
 // The trunk: a cone that ends in the crown.
 void tree_trunk(inout TreeHit found, TreeRay r, float height) {
-    float slope = TREE_TRUNK / height, wide = TREE_TRUNK - slope * r.from.z;   // at the height of `from`
+    float foot = r.palm ? PALM_TRUNK : r.flat_top ? ACACIA_TRUNK : TREE_TRUNK;
+    float slope = foot / height, wide = foot - slope * r.from.z;   // at the height of `from`
     float a = dot(r.ray.xy, r.ray.xy) - slope * slope * r.ray.z * r.ray.z;
     float b = dot(r.from.xy, r.ray.xy) + slope * wide * r.ray.z, root = b * b - a * (dot(r.from.xy, r.from.xy)
         - wide * wide);
@@ -208,7 +228,7 @@ void tree_limbs(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], float th
         float a = long_2 - ray_along * ray_along, b = long_2 * dot(from, r.ray) - from_along * ray_along;
         float c = long_2 * (dot(from, from) - thick * thick) - from_along * from_along, root = b * b - a * c;
         float t = (-b - sqrt(max(root, 0.0))) / a, share = (from_along + t * ray_along) / long_2;
-        if (root > 0.0 && t > 0.0 && share > 0.0 && share < 0.9 && (found.t < 0.0 || t < found.t))
+        if (thick > 0.0 && root > 0.0 && t > 0.0 && share > 0.0 && share < 0.9 && (found.t < 0.0 || t < found.t))
             found = TreeHit(t, normalize(from + t * r.ray - share * along), 0.45 - 0.25 * share, 1.0);
     }
 }
@@ -216,20 +236,22 @@ void tree_limbs(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], float th
 // from, ray: in the tree's space, ray 1 long. radius: of the crown. pixel: what a pixel spans there. leaf: size of a
 // tuft of leaves; lobes: as tree_lobes() has them; bare: share of leaves that have fallen.
 TreeHit tree_hit(
-    uint species, vec3 from, vec3 ray, float radius, float turn, vec4 lobes[TREE_LOBES], float pixel, float leaf,
+    float species, vec3 from, vec3 ray, float radius, float turn, vec4 lobes[TREE_LOBES], float pixel, float leaf,
     float bare
 ) {
     TreeHit found = TreeHit(-1.0, vec3(0.0), 1.0, 0.0);
     bool conifer = species == TREE_CONIFER;
+    leaf *= species == TREE_PALM ? FROND_LEAF : 1.0;
     TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0),
         pixel < LEAF_PIXEL * leaf ? conifer ? NEEDLE_ROWS : LEAF_ROWS : 0.0,
-        bare);
-    tree_trunk(found, r, conifer ? 1.0 : 0.8);
+        bare, species == TREE_ACACIA || species == TREE_PALM, species == TREE_PALM);
+    tree_trunk(found, r, conifer || r.flat_top ? 1.0 : 0.8);
     uint seed = floatBitsToUint(turn + 1.0);
     if (conifer) tree_conifer(found, r, seed);
     else {
 #ifdef TREE_LIMBS
-        tree_limbs(found, r, lobes, LIMB * clamp(2.0 - pixel / (0.3 * LIMB), 0.0, 1.0));
+        float limb = LIMB * (species == TREE_ACACIA ? ACACIA_LIMB : r.palm ? 0.0 : 1.0);
+        tree_limbs(found, r, lobes, limb * clamp(2.0 - pixel / max((r.flat_top ? 0.9 : 0.3) * limb, 1e-6), 0.0, 1.0));
 #endif
         tree_broadleaf(found, r, lobes, seed);
     }

@@ -6,6 +6,8 @@ const vec3 CROWN_AUTUMN = vec3(0.45, 0.90, 0.40);    // where they have turned
 #endif
 
 const vec2 CANOPY_FROM = vec2(0.72, 1.0);   // shares of the trees' reach in which it takes over
+const vec4 SAVANNA_HUMID = vec4(0.38, 0.46, 0.55, 0.49);   // as systems/cover/growth.py has them
+const vec2 SAVANNA_WARM = vec2(0.40, 0.60);
 const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
 const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
 const vec2 SHEDS = vec2(0.391, 0.643);      // sines of latitudes between which broadleaves begin to shed their leaves
@@ -32,7 +34,11 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
         ramp(SHEDS.x, SHEDS.y, abs(s.zenith.z)));
-    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * material.growth.trees
+    float savanna = ramp(SAVANNA_HUMID.x, SAVANNA_HUMID.y, ground.mean_humidity)
+        * ramp(SAVANNA_HUMID.z, SAVANNA_HUMID.w, ground.mean_humidity)
+        * ramp(SAVANNA_WARM.x, SAVANNA_WARM.y, ground.mean_warmth);
+    float trees = max(material.growth.trees, cover_map.savanna * savanna * material.growth.tufts);
+    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * trees
         * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);
     vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
@@ -48,7 +54,7 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     sunlit = mix(material.albedo, sunlit, far);
     skylit = mix(material.albedo, skylit, far);
 #ifdef COVER_CROWNS
-    float stands = material.growth.trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5) * material.inland;
+    float stands = trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5) * material.inland;
     Crowns crowns = crowns_seen(s, stands, conifer, cover_map.wide_m * sqrt(grown), cover_map.tall_m * sqrt(grown),
         across.y * far);
     // In autumn red or green is less of it.
