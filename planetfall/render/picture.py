@@ -12,14 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera.arguments import check_moment, check_size
+from ..camera.camera import Camera
 from ..engine.frame.gbuffer import Surface
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
 from ..engine.wavelengths import wavelengths_of
 from ..query.arguments import checked_directions
 from ..scene.companions import bodies
+from ..systems.composite import CompositeSystem
 from .drawn_camera import CameraResolver
 from .drawn_view import LDR, DrawnView
 from .faults import draw_without_faults
+from .lens_picture import LensPicture
 from .outputs import exports_for, read_output
 from .planet import Moment, Wanted
 from .queries import height_drawn
@@ -29,7 +32,6 @@ from .snapshot import Snapshot
 if TYPE_CHECKING:
     import moderngl
 
-    from ..camera.camera import Camera
     from ..camera.views import View
     from ..components import Sun
     from ..engine.frame import Frame
@@ -39,11 +41,14 @@ if TYPE_CHECKING:
     from .host_space import HostDepth
     from .planet import PlanetRenderer
     from .planets import DrawRequest, Planets
+    from .view import RenderView
     from .watch import Watch
 
 __all__ = ["Picture", "PictureOwner"]
 
 _TARGETS = frozenset({"target", "target_with_depth"})
+_Y_DOWN = np.array([1.0, -1.0, 1.0])
+"""From our camera axes to those of Intrinsics, and back."""
 
 
 class PictureOwner(Protocol):
@@ -61,6 +66,7 @@ class PictureOwner(Protocol):
     @property
     def render_scale(self) -> float: ...
     def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]: ...
+    def add_view(self, size: tuple[int, int]) -> RenderView: ...
 
 
 class Picture:
@@ -71,11 +77,12 @@ class Picture:
         check_size(size, owner.gpu.caps.max_texture_size)
         self._owner, self._is_added = owner, is_added
         self.size = (int(size[0]), int(size[1]))
-        """(width, height) in pixels."""
+        """(width, height) in pixels, for cameras without intrinsics, which bring their own."""
         self._resolved = CameraResolver(owner.scene)
         self._views: dict[str, DrawnView] = {}
         self._front = ""  # until the first frame
         self._request_ms = 0.0
+        self._lens = LensPicture(self, owner.add_view)
         self._view_of(self.main)
         owner.planets.gone.append(self._forget)
 
@@ -100,19 +107,22 @@ class Picture:
         distance (f32, m along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes,
         NaN), normal (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the
         frame graph.
-        camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
+        camera: a Camera, or a View, which brings its own sun, time and exposure; one with intrinsics brings the size of
+        the picture, and where its lens has no ray colour and radiance are 0 and distance is NaN. time_s: moves water and weather, and
         an epoch sun. sun: a Sun component that replaces the scene's.
         dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the
         frames before. Without it the picture stands for itself, the same whatever was rendered before, unless this
         very moment was settled: then it shows the settled picture.
         """
         exports = exports_for(outputs)
+        if _has_lens(camera):
+            return self._lens.render(camera, time_s, sun, outputs, dt_s)
         wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - {LDR}))
         names = tuple(outputs)
         with self._current():
             request = self._request(camera, time_s, sun)
             view = self._drawn(request, wanted)
-            return request.arrays_in_scene({name: read_output(view.compiled(), name, self.size) for name in names})
+            return request.arrays_in_scene({name: read_output(view.compiled(), name, view.size) for name in names})
 
     def render_to(
         self,
@@ -159,6 +169,8 @@ class Picture:
 
         progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
         """
+        if _has_lens(camera):
+            return self._lens.settle(camera, time_s, sun, timeout_s, progress)
         with self._current():
             request = self._request(camera, time_s, sun)
         view = self._front_view
@@ -205,9 +217,17 @@ class Picture:
         before, self._front = self._front, request.planet.scene.planet.name
         if before not in ("", self._front) and not self._is_added:
             planets.hand_over(before, self._front)
-        self._front_view.resize(self.size)
+        self._front_view.resize(self._size_for(camera))
         self._request_ms = (time.perf_counter() - started) * 1e3
         return request
+
+    def _size_for(self, camera: Camera) -> tuple[int, int]:
+        """(width, height) of a camera's picture. SizeError where the GPU can't draw it."""
+        size = camera.optics.size
+        if size is None:
+            return self.size
+        check_size(size, self._owner.gpu.caps.max_texture_size)
+        return size
 
     def _drawn(self, request: DrawRequest, wanted: Wanted) -> DrawnView:
         view = self._front_view
@@ -239,6 +259,7 @@ class Picture:
 
     def _release_views(self) -> None:
         """Free what belongs to this picture alone. The context is current."""
+        self._lens.release()
         planets = self._owner.planets
         for name, view in self._views.items():
             planets[name].release_view(view)
@@ -268,16 +289,21 @@ class Picture:
         be."""
         with self._current():
             request = self._request(camera, None, None)
-            return request.camera_in_scene(self._front_view.camera.state(request.camera, self.size))
+            return request.camera_in_scene(self._front_view.camera.state(request.camera, self._front_view.size))
 
     def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
-        return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
+        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera; of a
+        camera with intrinsics: which its lens sees."""
+        state, points = self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64))
+        lens = camera.optics.intrinsics
+        if lens is None:
+            return project(state, points, self.size)
+        return lens.project((points - state.position_m) @ state.axes.T * _Y_DOWN)
 
     def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
         """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
         sky."""
-        width, height = self.size
+        width, height = self._size_for(camera)
         if not (0.0 <= x < width and 0.0 <= y < height):
             raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
         column, row = int(x), int(y)
@@ -294,7 +320,14 @@ class Picture:
         found = {body.name: body for body in bodies(scene, time_s)}
         home = found[camera.planet_in(scene).name]
         state = self.camera_state(camera)
-        look = home.axes @ pixel_rays(state, self.size, [(x, y)])[0]
+        lens = camera.optics.intrinsics
+        if lens is None:
+            ray = pixel_rays(state, self.size, [(x, y)])[0]
+        else:
+            ray = lens.rays([(x, y)])[0] * _Y_DOWN @ state.axes
+            if np.isnan(ray[0]):
+                return None
+        look = home.axes @ ray
         eye = home.outside(state.position_m)
         hits = {b.name: float(ray_sphere_from(eye - b.centre_m, look, b.radius_m).near_m) for b in found.values()}
         first = min(hits, key=lambda name: hits[name])
@@ -310,6 +343,15 @@ class Picture:
             return height_drawn(self._planet, self._front_view, unit)
 
     # -- looking inside ------------------------------------------------------------------------------------------------
+
+    @property
+    def exposure(self) -> float | None:
+        """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
+        composite = self._planet.system("composite")
+        if not isinstance(composite, CompositeSystem) or not composite.exposed(self._front_view):
+            return None
+        with self._current():
+            return composite.reading(self._front_view).ev100
 
     def passes(self) -> list[PassReport]:
         """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
@@ -335,3 +377,8 @@ class Picture:
     def frames(self) -> int:
         """Frames that were shown over the planet that the last one was near."""
         return self._front_view.frames
+
+
+def _has_lens(camera: Any) -> bool:
+    """Whether its picture is resampled; False for what isn't a camera, which `check_moment` refuses."""
+    return isinstance(camera, Camera) and camera.optics.lens is not None

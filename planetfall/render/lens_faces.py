@@ -1,0 +1,127 @@
+"""Which pinhole pictures a lens's picture is made from, and where in them each of its pixels looks.
+
+One picture where it would not reach far to the sides, else faces of a cube around the camera, of which only the part
+that is looked at is drawn. Their pixels are as fine as those of the lens wherever it isn't itself finer than twice its
+middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera.intrinsics import Intrinsics
+from ..camera.place import Face
+from ..errors import CameraError
+
+__all__ = ["FacePixels", "faces_of"]
+
+Floats = NDArray[np.float64]
+
+_WIDEST_TANGENT = 1.75
+"""60 degrees to a side: a single picture has four times the pixels there that it has in its middle."""
+_MARGIN_PX = 24
+"""Around each face: glare, smoothing and resampling look at their neighbours."""
+_MOST_DETAIL = 2.0
+
+# Rows right, down, forward in OpenCV's camera axes: ahead, right, left, down, up, back.
+_CUBE = np.array(
+    [
+        [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        [[0, 0, -1], [0, 1, 0], [1, 0, 0]],
+        [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
+        [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+        [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+        [[-1, 0, 0], [0, 1, 0], [0, 0, -1]],
+    ],
+    np.float64,
+)
+_Y_UP = np.array([1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class FacePixels:
+    """A face, and the pixels of the lens's picture that are taken from it.
+
+    pixels: (N,) their flat indices. x, y: (N,) f32, where they look in the face, in its pixels. spread: (N,) f32, pixels
+    of the face to the next one of the lens. focal_px: (fx, fy) of the face; middle_px: where its axis is.
+    """
+
+    face: Face
+    pixels: NDArray[np.intp]
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    spread: NDArray[np.float32]
+    focal_px: tuple[float, float]
+    middle_px: tuple[float, float]
+
+
+@lru_cache(maxsize=4)
+def faces_of(lens: Intrinsics) -> tuple[FacePixels, ...]:
+    """Those that are looked at, the one with most pixels first. CameraError for a lens that nothing is seen through."""
+    rays = lens.rays()
+    step = _steps(rays, lens)
+    rays, step = rays.reshape(-1, 3), step.ravel()
+    there = np.flatnonzero(np.isfinite(rays[:, 0]))
+    if not there.size:
+        raise CameraError(
+            f"Intrinsics: no pixel of {lens.width} x {lens.height} has a ray: expected a principal point near the "
+            f"picture and distortion that it can be undone for, found {lens}"
+        )
+    ahead = rays[there]
+    flat = bool((ahead[:, 2] > 0.0).all()) and float((np.abs(ahead[:, :2]) / ahead[:, 2:]).max()) <= _WIDEST_TANGENT
+    cube = _CUBE[:1] if flat else _CUBE
+    side = np.argmax(ahead @ cube[:, 2].T, axis=1)
+    focal = (lens.fx, lens.fy) if flat else (max(lens.fx, lens.fy),) * 2
+    cosine = (ahead * cube[side, 2]).sum(axis=1)
+    detail = float(np.clip(np.percentile(cosine / step[there], 99.0), 1.0, _MOST_DETAIL))
+    focal = focal[0] * detail, focal[1] * detail
+    spread = step[there] * detail / cosine**1.5
+    # The middle of the picture then meets the centres of the face's pixels.
+    phase = (lens.cx + 0.5) % 1.0, (lens.cy + 0.5) % 1.0
+    found = [
+        _face(axes, there[side == k], ahead[side == k], spread[side == k], focal, phase)
+        for k, axes in enumerate(cube)
+        if (side == k).any()
+    ]
+    return tuple(sorted(found, key=lambda face: -face.pixels.size))
+
+
+def _face(
+    axes: Floats,
+    pixels: NDArray[np.intp],
+    rays: Floats,
+    spread: Floats,
+    focal: tuple[float, float],
+    phase: tuple[float, float],
+) -> FacePixels:
+    local = rays @ axes.T
+    position, first, count = [], [], []
+    for k in range(2):
+        at = focal[k] * local[:, k] / local[:, 2] + phase[k]
+        start = int(np.floor(at.min())) - _MARGIN_PX
+        position.append(at - start)
+        first.append(start - phase[k])
+        count.append(int(np.ceil(at.max())) + _MARGIN_PX - start)
+    left, top = (first[k] / focal[k] for k in range(2))
+    right, bottom = ((first[k] + count[k]) / focal[k] for k in range(2))
+    x, y, wide = (part.astype(np.float32) for part in (*position, spread))
+    turn = axes * _Y_UP * _Y_UP[:, None]
+    face = Face(turn, (left, right, -bottom, -top), (count[0], count[1]))
+    return FacePixels(face, pixels, x, y, wide, focal, (-first[0], -first[1]))
+
+
+def _steps(rays: Floats, lens: Intrinsics) -> Floats:
+    """(H, W): angle to the next pixel by what it would be in the middle of the picture, along columns or rows, whichever
+    is longer. The rows of a panorama shrink to a point at the poles; their columns don't."""
+    steps = np.zeros(rays.shape[:2])
+    for axis, focal in ((1, lens.fx), (0, lens.fy)):
+        if rays.shape[axis] > 1:
+            angle = np.linalg.norm(np.diff(rays, axis=axis), axis=2) * focal
+            ends = [(0, 0), (0, 0)]
+            ends[axis] = (0, 1)
+            steps = np.fmax(steps, np.pad(angle, ends, mode="edge"))
+    return np.where(steps > 0.0, steps, 1.0)

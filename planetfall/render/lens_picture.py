@@ -1,0 +1,130 @@
+"""The picture of a camera whose lens bends straight lines: pinhole pictures of the same place, resampled.
+
+The first of them is drawn as the picture's own view, so that exposure, passes and the frame graph are there to be asked
+for; further ones are views of the renderer (`add_view`), each with its own history. All have the first one's exposure.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..engine.srgb import SRGB_STEPS, srgb_encode
+from .lens_faces import FacePixels, faces_of
+from .resample import distances, light, nearest
+
+if TYPE_CHECKING:
+    from ..camera.camera import Camera
+    from ..camera.intrinsics import Intrinsics
+    from ..components import Sun
+    from .picture import Picture
+    from .view import RenderView
+
+__all__ = ["LensPicture"]
+
+Arrays = dict[str, NDArray[Any]]
+_LIGHT = SRGB_STEPS.astype(np.float32)
+_GEOMETRY = ("distance", "position")
+
+
+class LensPicture:
+    """For one Picture. more: makes a further view of the same renderer."""
+
+    def __init__(self, picture: Picture, more: Callable[[tuple[int, int]], RenderView]) -> None:
+        self._picture, self._more = picture, more
+        self._views: list[RenderView] = []
+        self._held: tuple[Camera, tuple[FacePixels, ...], list[Camera]] | None = None
+
+    def render(
+        self, camera: Camera, time_s: float | None, sun: Sun | None, outputs: Sequence[str], dt_s: float | None
+    ) -> Arrays:
+        """As Picture.render. Where the lens has no ray: black, distance and position NaN, all else 0."""
+        lens = _lens(camera)
+        faces, cameras = self._faces(camera, lens)
+        # The way along a ray is what positions are made of.
+        asked = tuple(dict.fromkeys("distance" if name in _GEOMETRY else name for name in outputs))
+        found: Arrays = {}
+        for part, picture, face in self._taken(faces, cameras, "color" in outputs):
+            arrays = picture.render(part, time_s, sun, asked, dt_s)
+            for name in asked:
+                values = _resampled(name, arrays[name], face)
+                if name not in found:
+                    whole = np.zeros((lens.width * lens.height, *values.shape[1:]), values.dtype)
+                    found[name] = np.full_like(whole, np.nan) if name == "distance" else whole
+                found[name][face.pixels] = values
+        found = {name: values.reshape(lens.height, lens.width, *values.shape[1:]) for name, values in found.items()}
+        if "position" in outputs:
+            state = self._picture.camera_state(cameras[0])
+            axes = faces[0].face.axes.T @ state.axes * np.array([[1.0], [-1.0], [1.0]])
+            with np.errstate(invalid="ignore"):
+                position = (lens.rays() @ axes) * found["distance"][..., None]
+            found["position"] = np.where(np.isfinite(position), position, np.nan).astype(np.float32)
+        if "distance" in found:
+            found["distance"] = found["distance"].astype(np.float32)
+        return {name: found[name] for name in outputs}
+
+    def settle(
+        self,
+        camera: Camera,
+        time_s: float | None,
+        sun: Sun | None,
+        timeout_s: float | None,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        """As Picture.settle, one face after the other."""
+        faces, cameras = self._faces(camera, _lens(camera))
+        until = None if timeout_s is None else time.monotonic() + timeout_s
+        for number, (part, picture, _) in enumerate(self._taken(faces, cameras, exposed=True)):
+            left = None if until is None else max(until - time.monotonic(), 0.0)
+            picture.settle(part, time_s, sun, left, _share(progress, number, len(faces)))
+
+    def _faces(self, camera: Camera, lens: Intrinsics) -> tuple[tuple[FacePixels, ...], list[Camera]]:
+        """The faces and their cameras: the same objects for the same camera, which are resolved once."""
+        if self._held is None or self._held[0] is not camera:
+            faces = faces_of(lens)
+            self._held = camera, faces, [camera.face(face.face) for face in faces]
+        return self._held[1], self._held[2]
+
+    def _taken(self, faces: Sequence[FacePixels], cameras: Sequence[Camera], exposed: bool) -> Any:
+        """(camera, picture that takes it, face) for each: ask for the next when one has been rendered."""
+        for number, (part, face) in enumerate(zip(cameras, faces, strict=True)):
+            if number == 0:
+                yield part, self._picture, face
+                continue
+            if exposed and part.ev100 is None:
+                ev100 = self._picture.exposure
+                part = part if ev100 is None else part.exposed(ev100)
+            while len(self._views) < number:
+                self._views.append(self._more(face.face.size))
+            yield part, self._views[number - 1], face
+
+    def release(self) -> None:
+        """Free the further views. The context is current."""
+        for view in self._views:
+            view.release()
+        self._views.clear()
+
+
+def _lens(camera: Camera) -> Intrinsics:
+    lens = camera.optics.lens
+    assert lens is not None
+    return lens
+
+
+def _resampled(name: str, values: NDArray[Any], face: FacePixels) -> NDArray[Any]:
+    """An output at the pixels of the lens (N, ...)."""
+    if name == "color":
+        return np.rint(srgb_encode(light(_LIGHT[values], face)) * 255.0).astype(np.uint8)
+    if name == "radiance":
+        return light(values, face)
+    return distances(values, face) if name == "distance" else nearest(values, face)
+
+
+def _share(progress: Callable[[float], None] | None, number: int, count: int) -> Callable[[float], None] | None:
+    if progress is None:
+        return None
+    return lambda share: progress((number + share) / count)
