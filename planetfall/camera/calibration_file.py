@@ -75,7 +75,9 @@ def write_calibration(path: Path, told: Mapping[str, Any]) -> Path:
         os.replace(beside, path)
     except OSError as error:
         beside.unlink(missing_ok=True)
-        raise CameraError(f"{path}: can't be written: {error.strerror or error}; check its folder and rights") from error
+        raise CameraError(
+            f"{path}: can't be written: {error.strerror or error}; check its folder and rights"
+        ) from error
     return path
 
 

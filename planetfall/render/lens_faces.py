@@ -46,8 +46,8 @@ _Y_UP = np.array([1.0, -1.0, 1.0])
 class FacePixels:
     """A face, and the pixels of the lens's picture that are taken from it.
 
-    pixels: (N,) their flat indices. x, y: (N,) f32, where they look in the face, in its pixels. spread: (N,) f32, pixels
-    of the face to the next one of the lens. focal_px: (fx, fy) of the face; middle_px: where its axis is.
+    pixels: (N,) their flat indices. x, y: (N,) f32, where they look in the face, in its pixels. spread: (N,) f32,
+    pixels of the face to the next one of the lens. focal_px: (fx, fy) of the face; middle_px: where its axis is.
     """
 
     face: Face
@@ -115,8 +115,8 @@ def _face(
 
 
 def _steps(rays: Floats, lens: Intrinsics) -> Floats:
-    """(H, W): angle to the next pixel by what it would be in the middle of the picture, along columns or rows, whichever
-    is longer. The rows of a panorama shrink to a point at the poles; their columns don't."""
+    """(H, W): angle to the next pixel by what it would be in the middle of the picture, along columns or rows,
+    whichever is longer. The rows of a panorama shrink to a point at the poles; their columns don't."""
     steps = np.zeros(rays.shape[:2])
     for axis, focal in ((1, lens.fx), (0, lens.fy)):
         if rays.shape[axis] > 1:

@@ -14,13 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..engine.srgb import SRGB_STEPS, srgb_encode
+from ..errors import CameraError
 from .lens_faces import FacePixels, faces_of
+from .lens_target import LensTarget
 from .resample import distances, light, nearest
 
 if TYPE_CHECKING:
+    import moderngl
+
     from ..camera.camera import Camera
     from ..camera.intrinsics import Intrinsics
     from ..components import Sun
+    from ..engine.gpu import Gpu
+    from .host_space import HostDepth
     from .picture import Picture
     from .view import RenderView
 
@@ -37,6 +43,7 @@ class LensPicture:
     def __init__(self, picture: Picture, more: Callable[[tuple[int, int]], RenderView]) -> None:
         self._picture, self._more = picture, more
         self._views: list[RenderView] = []
+        self._target: LensTarget | None = None
         self._held: tuple[Camera, tuple[FacePixels, ...], list[Camera]] | None = None
 
     def render(
@@ -95,18 +102,35 @@ class LensPicture:
             if number == 0:
                 yield part, self._picture, face
                 continue
+            camera = part
             if exposed and part.ev100 is None:
                 ev100 = self._picture.exposure
-                part = part if ev100 is None else part.exposed(ev100)
+                camera = part if ev100 is None else part.exposed(ev100)
             while len(self._views) < number:
                 self._views.append(self._more(face.face.size))
-            yield part, self._views[number - 1], face
+            yield camera, self._views[number - 1], face
+
+    def check_depth(self, camera: Camera, depth: HostDepth | None) -> None:
+        """CameraError for a depth buffer that is to be shared."""
+        if depth is not None:
+            raise CameraError(
+                "render_to: depth: what a lens bends fits no depth buffer; expected a camera without intrinsics or with"
+                f" those of a pinhole, found model {_lens(camera).model!r}"
+            )
+
+    def draw(self, gpu: Gpu, color: NDArray[np.uint8], framebuffer: moderngl.Framebuffer) -> None:
+        """A picture into the viewport of a host's framebuffer. The context is current."""
+        self._target = self._target or LensTarget(gpu)
+        self._target.draw(color, framebuffer)
 
     def release(self) -> None:
-        """Free the further views. The context is current."""
+        """Free the further views and what `draw` needs. The context is current."""
         for view in self._views:
             view.release()
         self._views.clear()
+        if self._target is not None:
+            self._target.release()
+            self._target = None
 
 
 def _lens(camera: Camera) -> Intrinsics:

@@ -107,9 +107,9 @@ class Picture:
         distance (f32, m along the ray, inf where nothing was hit), position (f32, 3, m from the camera in planet axes,
         NaN), normal (f32, 3, 0), surface (u8: 0 none, 1 terrain, 2 sea, 3 props), or the name of any texture of the
         frame graph.
-        camera: a Camera, or a View, which brings its own sun, time and exposure; one with intrinsics brings the size of
-        the picture, and where its lens has no ray colour and radiance are 0 and distance is NaN. time_s: moves water and weather, and
-        an epoch sun. sun: a Sun component that replaces the scene's.
+        camera: a Camera, or a View, which brings its own sun, time and exposure. One with intrinsics brings the size of
+        the picture; where its lens has no ray, colour and radiance are 0, distance is NaN. time_s: moves water and
+        weather, and an epoch sun. sun: a Sun component that replaces the scene's.
         dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the
         frames before. Without it the picture stands for itself, the same whatever was rendered before, unless this
         very moment was settled: then it shows the settled picture.
@@ -136,17 +136,28 @@ class Picture:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size, times `render_scale`. The host's GL state stays (see `guard`).
+        The renderer takes the viewport's size, times `render_scale`; a camera with intrinsics keeps its own, and fills
+        the viewport with that picture. The host's GL state stays (see `guard`).
         depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
         stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
+        CameraError with depth for a lens that bends straight lines.
         """
         owner = self._owner
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
+        if _has_lens(camera):
+            self._lens.check_depth(camera, depth)
+            color = self._lens.render(camera, time_s, sun, ("color",), dt_s)["color"]
+            with self._current(framebuffer):
+                framebuffer.viewport = (x, y, width, height)
+                self._lens.draw(owner.gpu, color, framebuffer)
+            return
         with self._current(framebuffer):
             request = self._request(camera, time_s, sun)
-            scale = 1.0 if depth is not None else min(owner.render_scale, request.planet.memory.scale((width, height)))
-            self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
-            self._front_view.resize(self.size)
+            if camera.optics.size is None:
+                limit = request.planet.memory.scale((width, height))
+                scale = 1.0 if depth is not None else min(owner.render_scale, limit)
+                self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
+                self._front_view.resize(self.size)
             framebuffer.viewport = (x, y, width, height)
             name = "target" if depth is None else "target_with_depth"
             shared = None if depth is None else (depth.offset, depth.scale_m)

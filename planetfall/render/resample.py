@@ -1,4 +1,4 @@
-"""From the pixels of a pinhole picture to those of a lens: light filtered, geometry taken along each pixel's own ray."""
+"""From the pixels of a pinhole picture to those of a lens: light filtered, geometry along each pixel's own ray."""
 
 from __future__ import annotations
 
@@ -74,7 +74,8 @@ def distances(distance_m: Floats, face: FacePixels) -> NDArray[np.float64]:
     bottom = inverse[j + 1, i] * (1.0 - s) + inverse[j + 1, i + 1] * s
     between = top * (1.0 - t) + bottom * t
     found = np.where(smooth[j, i], between, nearest(inverse, face))
-    ray_x, ray_y = ((at + 0.5 - middle) / focal for at, middle, focal in zip((x, y), face.middle_px, face.focal_px))
+    ray_x = (x + 0.5 - face.middle_px[0]) / face.focal_px[0]
+    ray_y = (y + 0.5 - face.middle_px[1]) / face.focal_px[1]
     with np.errstate(divide="ignore"):
         return np.sqrt(1.0 + ray_x**2 + ray_y**2) / found
 
