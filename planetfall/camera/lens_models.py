@@ -70,6 +70,7 @@ class _Planar:
         slope = above * below + Polynomial([0.0, 2.0]) * (above.deriv() * below - above * below.deriv())
         self._largest_r2 = min(_first_root(slope), _first_root(below))
         self._tilt = _tilt(k[12], k[13])
+        self._untilt = np.asarray(np.linalg.inv(self._tilt), np.float64)
 
     def _distorted(self, x: Floats, y: Floats) -> tuple[Floats, Floats, tuple[Floats, Floats, Floats, Floats]]:
         """Before the tilt: plane position, and the Jacobian (xx, xy, yx, yy)."""
@@ -102,7 +103,7 @@ class _Planar:
 
     def rays(self, plane: Floats) -> Floats:
         with np.errstate(all="ignore"):
-            wanted = _turned(np.linalg.inv(self._tilt), plane)
+            wanted = _turned(self._untilt, plane)
             x, y = self._undistorted(wanted[:, 0], wanted[:, 1])
             plane_x, plane_y, jacobian = self._distorted(x, y)
             off = np.hypot(plane_x - wanted[:, 0], plane_y - wanted[:, 1])
@@ -154,7 +155,7 @@ class _Fisheye:
     def project(self, points: Floats) -> tuple[Floats, Bools]:
         across = np.hypot(points[:, 0], points[:, 1])
         angle = np.arctan2(across, points[:, 2])
-        seen = (angle <= self._end) & np.isfinite(points).all(axis=1) & points.any(axis=1)
+        seen = (angle <= self._end) & _directions(points)
         scale = np.divide(self._curve(angle), across, out=np.zeros_like(across), where=across > 0.0)
         return np.where(seen[:, None], points[:, :2] * scale[:, None], np.nan), seen
 
@@ -186,7 +187,7 @@ class _Equirectangular:
         longitude = np.arctan2(points[:, 0], points[:, 2])
         longitude -= 2.0 * math.pi * np.floor((longitude - self._middle) / (2.0 * math.pi) + 0.5)
         latitude = np.arctan2(points[:, 1], np.hypot(points[:, 0], points[:, 2]))
-        seen = np.isfinite(points).all(axis=1) & points.any(axis=1)
+        seen = _directions(points)
         return np.where(seen[:, None], np.stack([longitude, latitude], axis=1), np.nan), seen
 
     def rays(self, plane: Floats) -> Floats:
@@ -195,6 +196,11 @@ class _Equirectangular:
         rays = np.stack([across * np.sin(longitude), np.sin(latitude), across * np.cos(longitude)], axis=1)
         found = (np.abs(longitude - self._middle) <= math.pi + _FOUND) & (np.abs(latitude) <= math.pi / 2 + _FOUND)
         return np.where(found[:, None], rays, np.nan)
+
+
+def _directions(points: Floats) -> Bools:
+    """Which points (N, 3) are finite and not the eye itself."""
+    return np.isfinite(points).all(axis=1) & (points != 0.0).any(axis=1)
 
 
 def _first_root(polynomial: Polynomial) -> float:

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..engine.srgb import SRGB_STEPS, srgb_encode
+from ..components import Composite
+from ..engine.settings import with_overrides
 from ..errors import CameraError
 from .lens_faces import FacePixels, faces_of
+from .lens_light import LensLight
 from .lens_target import LensTarget
 from .resample import distances, light, nearest
 
@@ -27,21 +29,20 @@ if TYPE_CHECKING:
     from ..components import Sun
     from ..engine.gpu import Gpu
     from .host_space import HostDepth
-    from .picture import Picture
+    from .picture import Picture, PictureOwner
     from .view import RenderView
 
 __all__ = ["LensPicture"]
 
 Arrays = dict[str, NDArray[Any]]
-_LIGHT = SRGB_STEPS.astype(np.float32)
 _GEOMETRY = ("distance", "position")
 
 
 class LensPicture:
-    """For one Picture. more: makes a further view of the same renderer."""
+    """For one Picture. owner: its renderer."""
 
-    def __init__(self, picture: Picture, more: Callable[[tuple[int, int]], RenderView]) -> None:
-        self._picture, self._more = picture, more
+    def __init__(self, picture: Picture, owner: PictureOwner) -> None:
+        self._picture, self._owner = picture, owner
         self._views: list[RenderView] = []
         self._target: LensTarget | None = None
         self._held: tuple[Camera, tuple[FacePixels, ...], list[Camera]] | None = None
@@ -53,22 +54,29 @@ class LensPicture:
         lens = _lens(camera)
         faces, cameras = self._faces(camera, lens)
         # The way along a ray is what positions are made of.
-        asked = tuple(dict.fromkeys("distance" if name in _GEOMETRY else name for name in outputs))
+        names = dict.fromkeys("distance" if name in _GEOMETRY else name for name in outputs if name != "color")
+        colors = self._light(lens) if "color" in outputs else None
+        asked = tuple(dict.fromkeys((*names, *(colors.outputs if colors else ()))))
         found: Arrays = {}
-        for part, picture, face in self._taken(faces, cameras, "color" in outputs):
+        for part, picture, face in self._taken(faces, cameras, colors is not None):
             arrays = picture.render(part, time_s, sun, asked, dt_s)
-            for name in asked:
+            if colors is not None:
+                colors.add(face, arrays, self._picture.exposure or 0.0)
+            for name in names:
                 values = _resampled(name, arrays[name], face)
                 if name not in found:
                     whole = np.zeros((lens.width * lens.height, *values.shape[1:]), values.dtype)
                     found[name] = np.full_like(whole, np.nan) if name == "distance" else whole
                 found[name][face.pixels] = values
         found = {name: values.reshape(lens.height, lens.width, *values.shape[1:]) for name, values in found.items()}
+        rays = lens.rays() if "position" in outputs or colors is not None else None
+        if colors is not None:
+            found["color"] = colors.picture(np.isfinite(rays[..., 0]))
         if "position" in outputs:
             state = self._picture.camera_state(cameras[0])
             axes = faces[0].face.axes.T @ state.axes * np.array([[1.0], [-1.0], [1.0]])
             with np.errstate(invalid="ignore"):
-                position = (lens.rays() @ axes) * found["distance"][..., None]
+                position = (rays @ axes) * found["distance"][..., None]
             found["position"] = np.where(np.isfinite(position), position, np.nan).astype(np.float32)
         if "distance" in found:
             found["distance"] = found["distance"].astype(np.float32)
@@ -89,6 +97,11 @@ class LensPicture:
             left = None if until is None else max(until - time.monotonic(), 0.0)
             picture.settle(part, time_s, sun, left, _share(progress, number, len(faces)))
 
+    def _light(self, lens: Intrinsics) -> LensLight:
+        own = self._owner.scene.environment.get(Composite) or Composite()
+        composite = with_overrides(own, "composite", self._owner.settings)
+        return LensLight(lens, composite, self._picture.wavelengths_nm)
+
     def _faces(self, camera: Camera, lens: Intrinsics) -> tuple[tuple[FacePixels, ...], list[Camera]]:
         """The faces and their cameras: the same objects for the same camera, which are resolved once."""
         if self._held is None or self._held[0] is not camera:
@@ -107,7 +120,7 @@ class LensPicture:
                 ev100 = self._picture.exposure
                 camera = part if ev100 is None else part.exposed(ev100)
             while len(self._views) < number:
-                self._views.append(self._more(face.face.size))
+                self._views.append(self._owner.add_view(face.face.size))
             yield camera, self._views[number - 1], face
 
     def check_depth(self, camera: Camera, depth: HostDepth | None) -> None:
@@ -141,8 +154,6 @@ def _lens(camera: Camera) -> Intrinsics:
 
 def _resampled(name: str, values: NDArray[Any], face: FacePixels) -> NDArray[Any]:
     """An output at the pixels of the lens (N, ...)."""
-    if name == "color":
-        return np.rint(srgb_encode(light(_LIGHT[values], face)) * 255.0).astype(np.uint8)
     if name == "radiance":
         return light(values, face)
     return distances(values, face) if name == "distance" else nearest(values, face)

@@ -20,7 +20,7 @@ from ..query.arguments import checked_directions
 from ..scene.companions import bodies
 from ..systems.composite import CompositeSystem
 from .drawn_camera import CameraResolver
-from .drawn_view import LDR, DrawnView
+from .drawn_view import LDR, PICTURE, DrawnView
 from .faults import draw_without_faults
 from .lens_picture import LensPicture
 from .outputs import exports_for, read_output
@@ -82,7 +82,7 @@ class Picture:
         self._views: dict[str, DrawnView] = {}
         self._front = ""  # until the first frame
         self._request_ms = 0.0
-        self._lens = LensPicture(self, owner.add_view)
+        self._lens = LensPicture(self, owner)
         self._view_of(self.main)
         owner.planets.gone.append(self._forget)
 
@@ -117,7 +117,7 @@ class Picture:
         exports = exports_for(outputs)
         if _has_lens(camera):
             return self._lens.render(camera, time_s, sun, outputs, dt_s)
-        wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - {LDR}))
+        wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - PICTURE))
         names = tuple(outputs)
         with self._current():
             request = self._request(camera, time_s, sun)
