@@ -1,8 +1,8 @@
 """Which pinhole pictures a lens's picture is made from, and where in them each of its pixels looks.
 
 One picture where it would not reach far to the sides, else faces of a cube around the camera, of which only the part
-that is looked at is drawn. Their pixels are as fine as those of the lens wherever it isn't itself finer than twice its
-middle.
+that is looked at is drawn. Their pixels are as fine as those of the lens, wherever that is no finer than twice what
+its focal length says.
 """
 
 from __future__ import annotations
@@ -63,23 +63,21 @@ class FacePixels:
 def faces_of(lens: Intrinsics) -> tuple[FacePixels, ...]:
     """Those that are looked at, the one with most pixels first. CameraError for a lens that nothing is seen through."""
     rays = lens.rays()
-    step = _steps(rays, lens)
-    rays, step = rays.reshape(-1, 3), step.ravel()
-    there = np.flatnonzero(np.isfinite(rays[:, 0]))
-    if not there.size:
+    valid = np.isfinite(rays[..., 0])
+    if not valid.any():
         raise CameraError(
             f"Intrinsics: no pixel of {lens.width} x {lens.height} has a ray: expected a principal point near the "
             f"picture and distortion that it can be undone for, found {lens}"
         )
-    ahead = rays[there]
+    ahead = rays[valid]
     flat = bool((ahead[:, 2] > 0.0).all()) and float((np.abs(ahead[:, :2]) / ahead[:, 2:]).max()) <= _WIDEST_TANGENT
     cube = _CUBE[:1] if flat else _CUBE
-    side = np.argmax(ahead @ cube[:, 2].T, axis=1)
-    focal = (lens.fx, lens.fy) if flat else (max(lens.fx, lens.fy),) * 2
-    cosine = (ahead * cube[side, 2]).sum(axis=1)
-    detail = float(np.clip(np.percentile(cosine / step[there], 99.0), 1.0, _MOST_DETAIL))
-    focal = focal[0] * detail, focal[1] * detail
-    spread = step[there] * detail / cosine**1.5
+    side = np.argmax(np.where(valid[..., None], rays, 0.0) @ cube[:, 2].T, axis=2)
+    focal = np.array((lens.fx, lens.fy) if flat else (max(lens.fx, lens.fy),) * 2)
+    step = _steps(rays, cube[side], focal)
+    detail = float(np.clip(1.0 / np.percentile(step[valid], 1.0), 1.0, _MOST_DETAIL))
+    focal, spread, side = focal * detail, step[valid] * detail, side[valid]
+    there = np.flatnonzero(valid)
     # The middle of the picture then meets the centres of the face's pixels.
     phase = (lens.cx + 0.5) % 1.0, (lens.cy + 0.5) % 1.0
     found = [
@@ -95,7 +93,7 @@ def _face(
     pixels: NDArray[np.intp],
     rays: Floats,
     spread: Floats,
-    focal: tuple[float, float],
+    focal: Floats,
     phase: tuple[float, float],
 ) -> FacePixels:
     local = rays @ axes.T
@@ -111,17 +109,24 @@ def _face(
     x, y, wide = (part.astype(np.float32) for part in (*position, spread))
     turn = axes * _Y_UP * _Y_UP[:, None]
     face = Face(turn, (left, right, -bottom, -top), (count[0], count[1]))
-    return FacePixels(face, pixels, x, y, wide, focal, (-first[0], -first[1]))
+    return FacePixels(face, pixels, x, y, wide, (float(focal[0]), float(focal[1])), (-first[0], -first[1]))
 
 
-def _steps(rays: Floats, lens: Intrinsics) -> Floats:
-    """(H, W): angle to the next pixel by what it would be in the middle of the picture, along columns or rows,
-    whichever is longer. The rows of a panorama shrink to a point at the poles; their columns don't."""
-    steps = np.zeros(rays.shape[:2])
-    for axis, focal in ((1, lens.fx), (0, lens.fy)):
-        if rays.shape[axis] > 1:
-            angle = np.linalg.norm(np.diff(rays, axis=axis), axis=2) * focal
-            ends = [(0, 0), (0, 0)]
-            ends[axis] = (0, 1)
-            steps = np.fmax(steps, np.pad(angle, ends, mode="edge"))
+def _steps(rays: Floats, axes: Floats, focal: Floats) -> Floats:
+    """(H, W): from each pixel to the next, along its row or its column, whichever is farther, in pixels of its face.
+
+    axes: (H, W, 3, 3) of the faces. The rows of a panorama shrink to a point at the poles; their columns don't.
+    """
+
+    def place(of: Floats) -> Floats:
+        right, down, forward = ((of * axes[..., k, :]).sum(axis=2) for k in range(3))
+        return np.stack([right, down], axis=2) / forward[..., None] * focal
+
+    here, steps = place(rays), np.zeros(rays.shape[:2])
+    for axis in (0, 1):
+        count = rays.shape[axis]
+        if count > 1:
+            beside = np.minimum(np.arange(count) + 1, count - 1)
+            beside[-1] = count - 2
+            steps = np.fmax(steps, np.linalg.norm(place(rays.take(beside, axis)) - here, axis=2))
     return np.where(steps > 0.0, steps, 1.0)

@@ -32,8 +32,8 @@ class LensLight:
     def __init__(self, lens: Intrinsics, composite: Composite, nm: Nanometres) -> None:
         self._lens, self._composite, self._nm = lens, composite, nm
         self._smoothed = composite.antialiasing != "none"
-        self._quarter_size = (lens.height + 1) // 4, (lens.width + 1) // 4
-        glares = composite.bloom > 0.0 and min(self._quarter_size) > 0
+        self._quarter_size = -(-lens.height // 4), -(-lens.width // 4)
+        glares = composite.bloom > 0.0
         self.outputs: tuple[str, ...] = (
             "color",
             _RESOLVED if self._smoothed else "radiance",
@@ -67,8 +67,9 @@ class LensLight:
 def _quartered(face: FacePixels, lens: Intrinsics) -> FacePixels:
     """A face at a quarter of its size, for a picture of a quarter of the lens's size."""
     rows, columns = np.divmod(face.pixels, lens.width)
-    chosen = (rows % 4 == 2) & (columns % 4 == 2)
-    width = (lens.width + 1) // 4
-    pixels = (rows[chosen] // 4) * width + columns[chosen] // 4
+    # The middle of each 4 x 4 pixels; the last ones may be fewer.
+    chosen = (rows % 4 == 2) | ((rows == lens.height - 1) & (lens.height % 4 in (1, 2)))
+    chosen &= (columns % 4 == 2) | ((columns == lens.width - 1) & (lens.width % 4 in (1, 2)))
+    pixels = (rows[chosen] // 4) * -(-lens.width // 4) + columns[chosen] // 4
     part = {name: getattr(face, name)[chosen] / 4.0 for name in ("x", "y")}
     return replace(face, pixels=pixels, spread=face.spread[chosen], **part)

@@ -55,7 +55,7 @@ def glare(quarter: Floats, height: int, wraps: bool = False) -> Floats:
     octaves = [quarter]
     for _ in range(glare_levels(height)):
         rows, columns = octaves[-1].shape[:2]
-        octaves.append(_looked_up(octaves[-1], (max(rows // 2, 1), max(columns // 2, 1)), _DOWN, wraps))
+        octaves.append(_looked_up(octaves[-1], (-(-rows // 2), -(-columns // 2)), _DOWN, wraps))
     blunter = octaves.pop()
     while len(octaves) > 1:
         finer = octaves.pop()
