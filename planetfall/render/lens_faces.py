@@ -17,7 +17,7 @@ from ..camera.intrinsics import Intrinsics
 from ..camera.place import Face
 from ..errors import CameraError
 
-__all__ = ["FacePixels", "faces_of"]
+__all__ = ["FacePixels", "LensFaces", "faces_of"]
 
 Floats = NDArray[np.float64]
 
@@ -59,9 +59,19 @@ class FacePixels:
     middle_px: tuple[float, float]
 
 
+@dataclass(frozen=True, eq=False)
+class LensFaces:
+    """What a lens's picture is made from. faces: those that are looked at, the one with most pixels first. rays: (H, W,
+    3) f32, of the pixels, in the axes of Intrinsics; NaN where there is none. seen: (H, W), where there is one."""
+
+    faces: tuple[FacePixels, ...]
+    rays: NDArray[np.float32]
+    seen: NDArray[np.bool_]
+
+
 @lru_cache(maxsize=4)
-def faces_of(lens: Intrinsics) -> tuple[FacePixels, ...]:
-    """Those that are looked at, the one with most pixels first. CameraError for a lens that nothing is seen through."""
+def faces_of(lens: Intrinsics) -> LensFaces:
+    """For a lens; kept for the last few. CameraError for one that nothing is seen through."""
     rays = lens.rays()
     valid = np.isfinite(rays[..., 0])
     if not valid.any():
@@ -74,7 +84,7 @@ def faces_of(lens: Intrinsics) -> tuple[FacePixels, ...]:
     cube = _CUBE[:1] if flat else _CUBE
     side = np.argmax(np.where(valid[..., None], rays, 0.0) @ cube[:, 2].T, axis=2)
     focal = np.array((lens.fx, lens.fy) if flat else (max(lens.fx, lens.fy),) * 2)
-    step = _steps(rays, cube[side], focal)
+    step = _steps(rays, cube, side, focal)
     detail = float(np.clip(1.0 / np.percentile(step[valid], 1.0), 1.0, _MOST_DETAIL))
     focal, spread, side = focal * detail, step[valid] * detail, side[valid]
     there = np.flatnonzero(valid)
@@ -85,7 +95,8 @@ def faces_of(lens: Intrinsics) -> tuple[FacePixels, ...]:
         for k, axes in enumerate(cube)
         if (side == k).any()
     ]
-    return tuple(sorted(found, key=lambda face: -face.pixels.size))
+    faces = tuple(sorted(found, key=lambda face: -face.pixels.size))
+    return LensFaces(faces, rays.astype(np.float32), valid)
 
 
 def _face(
@@ -104,22 +115,22 @@ def _face(
         position.append(at - start)
         first.append(start - phase[k])
         count.append(int(np.ceil(at.max())) + _MARGIN_PX - start)
-    left, top = (first[k] / focal[k] for k in range(2))
-    right, bottom = ((first[k] + count[k]) / focal[k] for k in range(2))
+    left, top = (float(first[k] / focal[k]) for k in range(2))
+    right, bottom = (float((first[k] + count[k]) / focal[k]) for k in range(2))
     x, y, wide = (part.astype(np.float32) for part in (*position, spread))
     turn = axes * _Y_UP * _Y_UP[:, None]
     face = Face(turn, (left, right, -bottom, -top), (count[0], count[1]))
     return FacePixels(face, pixels, x, y, wide, (float(focal[0]), float(focal[1])), (-first[0], -first[1]))
 
 
-def _steps(rays: Floats, axes: Floats, focal: Floats) -> Floats:
+def _steps(rays: Floats, cube: Floats, side: NDArray[np.intp], focal: Floats) -> Floats:
     """(H, W): from each pixel to the next, along its row or its column, whichever is farther, in pixels of its face.
 
-    axes: (H, W, 3, 3) of the faces. The rows of a panorama shrink to a point at the poles; their columns don't.
+    side: (H, W), which face of the cube. The rows of a panorama shrink to a point at the poles; their columns don't.
     """
 
     def place(of: Floats) -> Floats:
-        right, down, forward = ((of * axes[..., k, :]).sum(axis=2) for k in range(3))
+        right, down, forward = ((of * cube[side, k]).sum(axis=2) for k in range(3))
         return np.stack([right, down], axis=2) / forward[..., None] * focal
 
     here, steps = place(rays), np.zeros(rays.shape[:2])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..components import Composite
 from ..engine.settings import with_overrides
 from ..errors import CameraError
-from .lens_faces import FacePixels, faces_of
+from .lens_faces import FacePixels, LensFaces, faces_of
 from .lens_light import LensLight
 from .lens_target import LensTarget
 from .resample import distances, light, nearest
@@ -45,20 +45,20 @@ class LensPicture:
         self._picture, self._owner = picture, owner
         self._views: list[RenderView] = []
         self._target: LensTarget | None = None
-        self._held: tuple[Camera, tuple[FacePixels, ...], list[Camera]] | None = None
+        self._held: tuple[Camera, LensFaces, list[Camera]] | None = None
 
     def render(
         self, camera: Camera, time_s: float | None, sun: Sun | None, outputs: Sequence[str], dt_s: float | None
     ) -> Arrays:
         """As Picture.render. Where the lens has no ray: black, distance and position NaN, all else 0."""
         lens = _lens(camera)
-        faces, cameras = self._faces(camera, lens)
+        parts, cameras = self._faces(camera, lens)
         # The way along a ray is what positions are made of.
         names = dict.fromkeys("distance" if name in _GEOMETRY else name for name in outputs if name != "color")
         colors = self._light(lens) if "color" in outputs else None
         asked = tuple(dict.fromkeys((*names, *(colors.outputs if colors else ()))))
         found: Arrays = {}
-        for part, picture, face in self._taken(faces, cameras, colors is not None):
+        for part, picture, face in self._taken(parts.faces, cameras, colors is not None):
             arrays = picture.render(part, time_s, sun, asked, dt_s)
             if colors is not None:
                 colors.add(face, arrays, self._picture.exposure or 0.0)
@@ -69,14 +69,13 @@ class LensPicture:
                     found[name] = np.full_like(whole, np.nan) if name == "distance" else whole
                 found[name][face.pixels] = values
         found = {name: values.reshape(lens.height, lens.width, *values.shape[1:]) for name, values in found.items()}
-        rays = lens.rays() if "position" in outputs or colors is not None else None
         if colors is not None:
-            found["color"] = colors.picture(np.isfinite(rays[..., 0]))
+            found["color"] = colors.picture(parts.seen)
         if "position" in outputs:
             state = self._picture.camera_state(cameras[0])
-            axes = faces[0].face.axes.T @ state.axes * np.array([[1.0], [-1.0], [1.0]])
+            axes = parts.faces[0].face.axes.T @ state.axes * np.array([[1.0], [-1.0], [1.0]])
             with np.errstate(invalid="ignore"):
-                position = (rays @ axes) * found["distance"][..., None]
+                position = (parts.rays @ axes) * found["distance"][..., None]
             found["position"] = np.where(np.isfinite(position), position, np.nan).astype(np.float32)
         if "distance" in found:
             found["distance"] = found["distance"].astype(np.float32)
@@ -91,22 +90,23 @@ class LensPicture:
         progress: Callable[[float], None] | None,
     ) -> None:
         """As Picture.settle, one face after the other."""
-        faces, cameras = self._faces(camera, _lens(camera))
+        parts, cameras = self._faces(camera, _lens(camera))
+        count = len(cameras)
         until = None if timeout_s is None else time.monotonic() + timeout_s
-        for number, (part, picture, _) in enumerate(self._taken(faces, cameras, exposed=True)):
+        for number, (part, picture, _) in enumerate(self._taken(parts.faces, cameras, exposed=True)):
             left = None if until is None else max(until - time.monotonic(), 0.0)
-            picture.settle(part, time_s, sun, left, _share(progress, number, len(faces)))
+            picture.settle(part, time_s, sun, left, _share(progress, number, count))
 
     def _light(self, lens: Intrinsics) -> LensLight:
         own = self._owner.scene.environment.get(Composite) or Composite()
         composite = with_overrides(own, "composite", self._owner.settings)
         return LensLight(lens, composite, self._picture.wavelengths_nm)
 
-    def _faces(self, camera: Camera, lens: Intrinsics) -> tuple[tuple[FacePixels, ...], list[Camera]]:
+    def _faces(self, camera: Camera, lens: Intrinsics) -> tuple[LensFaces, list[Camera]]:
         """The faces and their cameras: the same objects for the same camera, which are resolved once."""
         if self._held is None or self._held[0] is not camera:
-            faces = faces_of(lens)
-            self._held = camera, faces, [camera.face(face.face) for face in faces]
+            parts = faces_of(lens)
+            self._held = camera, parts, [camera.face(part.face) for part in parts.faces]
         return self._held[1], self._held[2]
 
     def _taken(self, faces: Sequence[FacePixels], cameras: Sequence[Camera], exposed: bool) -> Any:

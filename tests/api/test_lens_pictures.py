@@ -135,7 +135,7 @@ def test_a_panorama_has_no_seams(renderer):
     lens = pf.Intrinsics.panorama(256)
     camera = pf.Camera.at(10.0, 10.0, 3e5, heading_deg=40.0, pitch_deg=-40.0).with_intrinsics(lens)
     side = np.zeros(lens.width * lens.height, int)
-    for k, face in enumerate(faces_of(lens)):
+    for k, face in enumerate(faces_of(lens).faces):
         side[face.pixels] = k
     side = side.reshape(lens.height, lens.width)
     renderer.settle(camera)
