@@ -214,11 +214,11 @@ def check_unit(name: str, value: Any) -> Vector:
     return vector / np.linalg.norm(vector)
 
 
-def check_ev100(value: Any) -> float:
+def check_ev100(value: object) -> float:
     return check_number("ev100", value, -20.0, 30.0)
 
 
-def check_intrinsics(value: Any) -> Intrinsics:
+def check_intrinsics(value: object) -> Intrinsics:
     if not isinstance(value, Intrinsics):
         raise CameraError(
             f"Camera: intrinsics: expected a pf.Intrinsics, found {shown(value)}; pf.Intrinsics.load('camera.yml') "

@@ -7,8 +7,8 @@ for; further ones are views of the renderer (`add_view`), each with its own hist
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,22 +28,55 @@ if TYPE_CHECKING:
     from ..camera.intrinsics import Intrinsics
     from ..components import Sun
     from ..engine.gpu import Gpu
+    from ..engine.space import CameraState
+    from ..engine.wavelengths import Nanometres
+    from ..scene.scene import Scene
     from .host_space import HostDepth
-    from .picture import Picture, PictureOwner
-    from .view import RenderView
 
-__all__ = ["LensPicture"]
+__all__ = ["FacePicture", "FaceView", "LensPicture"]
 
 Arrays = dict[str, NDArray[Any]]
+Progress = Callable[[float], None] | None
 _GEOMETRY = ("distance", "position")
+
+
+class FacePicture(Protocol):
+    """What takes a face: a Picture."""
+
+    @property
+    def exposure(self) -> float | None: ...
+    @property
+    def wavelengths_nm(self) -> Nanometres: ...
+    def render(
+        self, camera: Camera, time_s: float | None, sun: Sun | None, outputs: Sequence[str], dt_s: float | None
+    ) -> Arrays: ...
+    def settle(
+        self, camera: Camera, time_s: float | None, sun: Sun | None, timeout_s: float | None, progress: Progress
+    ) -> None: ...
+    def camera_state(self, camera: Camera) -> CameraState: ...
+
+
+class FaceView(FacePicture, Protocol):
+    """One that is released by itself: a RenderView."""
+
+    def release(self) -> None: ...
+
+
+class LensOwner(Protocol):
+    """The renderer."""
+
+    settings: dict[str, Any]
+    scene: Scene
+
+    def add_view(self, size: tuple[int, int]) -> FaceView: ...
 
 
 class LensPicture:
     """For one Picture. owner: its renderer."""
 
-    def __init__(self, picture: Picture, owner: PictureOwner) -> None:
+    def __init__(self, picture: FacePicture, owner: LensOwner) -> None:
         self._picture, self._owner = picture, owner
-        self._views: list[RenderView] = []
+        self._views: list[FaceView] = []
         self._target: LensTarget | None = None
         self._held: tuple[Camera, LensFaces, list[Camera]] | None = None
 
@@ -87,7 +120,7 @@ class LensPicture:
         time_s: float | None,
         sun: Sun | None,
         timeout_s: float | None,
-        progress: Callable[[float], None] | None,
+        progress: Progress,
     ) -> None:
         """As Picture.settle, one face after the other."""
         parts, cameras = self._faces(camera, _lens(camera))
@@ -109,7 +142,9 @@ class LensPicture:
             self._held = camera, parts, [camera.face(part.face) for part in parts.faces]
         return self._held[1], self._held[2]
 
-    def _taken(self, faces: Sequence[FacePixels], cameras: Sequence[Camera], exposed: bool) -> Any:
+    def _taken(
+        self, faces: Sequence[FacePixels], cameras: Sequence[Camera], exposed: bool
+    ) -> Iterator[tuple[Camera, FacePicture, FacePixels]]:
         """(camera, picture that takes it, face) for each: ask for the next when one has been rendered."""
         for number, (part, face) in enumerate(zip(cameras, faces, strict=True)):
             if number == 0:
@@ -159,7 +194,7 @@ def _resampled(name: str, values: NDArray[Any], face: FacePixels) -> NDArray[Any
     return distances(values, face) if name == "distance" else nearest(values, face)
 
 
-def _share(progress: Callable[[float], None] | None, number: int, count: int) -> Callable[[float], None] | None:
+def _share(progress: Progress, number: int, count: int) -> Progress:
     if progress is None:
         return None
     return lambda share: progress((number + share) / count)

@@ -22,7 +22,7 @@ from ..systems.composite import CompositeSystem
 from .drawn_camera import CameraResolver
 from .drawn_view import LDR, PICTURE, DrawnView
 from .faults import draw_without_faults
-from .lens_picture import LensPicture
+from .lens_picture import FaceView, LensPicture
 from .outputs import exports_for, read_output
 from .planet import Moment, Wanted
 from .queries import height_drawn
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from .host_space import HostDepth
     from .planet import PlanetRenderer
     from .planets import DrawRequest, Planets
-    from .view import RenderView
     from .watch import Watch
 
 __all__ = ["Picture", "PictureOwner"]
@@ -66,7 +65,7 @@ class PictureOwner(Protocol):
     @property
     def render_scale(self) -> float: ...
     def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]: ...
-    def add_view(self, size: tuple[int, int]) -> RenderView: ...
+    def add_view(self, size: tuple[int, int]) -> FaceView: ...
 
 
 class Picture:
