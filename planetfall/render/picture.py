@@ -216,8 +216,9 @@ class Picture:
         check_size(size, self._owner.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
 
-    def _request(self, camera: Camera | View, time_s: float | None, sun: Sun | None) -> DrawRequest:
-        """Which planet is drawn, with its view ready. The context is current."""
+    def _request(self, camera: Camera | View, time_s: float | None, sun: Sun | None, draws: bool = True) -> DrawRequest:
+        """Which planet is drawn, with its view ready if something is. The context is current. SizeError for a picture
+        that the GPU can't draw."""
         started = time.perf_counter()
         check_moment(camera, time_s, sun)
         planets = self._owner.planets
@@ -227,17 +228,16 @@ class Picture:
         before, self._front = self._front, request.planet.scene.planet.name
         if before not in ("", self._front) and not self._is_added:
             planets.hand_over(before, self._front)
-        self._front_view.resize(self._size_for(camera))
+        if draws:
+            size = self._size_for(camera)
+            check_size(size, self._owner.gpu.caps.max_texture_size)
+            self._front_view.resize(size)
         self._request_ms = (time.perf_counter() - started) * 1e3
         return request
 
     def _size_for(self, camera: Camera) -> tuple[int, int]:
-        """(width, height) of a camera's picture. SizeError where the GPU can't draw it."""
-        size = camera.optics.size
-        if size is None:
-            return self.size
-        check_size(size, self._owner.gpu.caps.max_texture_size)
-        return size
+        """(width, height) of a camera's picture."""
+        return camera.optics.size or self.size
 
     def _drawn(self, request: DrawRequest, wanted: Wanted) -> DrawnView:
         view = self._front_view
@@ -298,8 +298,8 @@ class Picture:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
         be."""
         with self._current():
-            request = self._request(camera, None, None)
-            return request.camera_in_scene(self._front_view.camera.state(request.camera, self._front_view.size))
+            request = self._request(camera, None, None, draws=False)
+            return request.camera_in_scene(self._front_view.camera.state(request.camera, self._size_for(camera)))
 
     def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera; of a

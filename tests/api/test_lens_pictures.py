@@ -64,6 +64,29 @@ def test_arrays_and_pick_lie_on_the_pixels_own_rays(renderer, name):
     np.testing.assert_allclose(found, state.position_m + out["position"][rows[middle], columns[middle]], atol=1e-3)
 
 
+@pytest.mark.parametrize("name", LENSES)
+def test_things_are_seen_where_the_lens_says(name):
+    """Balls around the camera: their middles are at their pixels."""
+    lens, scene = LENSES[name], pf.load_scene("moon")
+    camera = pf.Camera.at(10.0, 10.0, 1000.0, pitch_deg=60.0, above="ground", planet=scene.planet)
+    camera = camera.with_intrinsics(lens)
+    wanted = np.array([(0.15, 0.2), (0.5, 0.5), (0.8, 0.3), (0.7, 0.8)]) * lens.size
+    axes = camera.resolve(scene).axes
+    rays = lens.rays(wanted) * (1.0, -1.0, 1.0) @ axes
+    size_m = 8.0 / lens.fx * 50.0  # some 8 pixels
+    for ray in rays:
+        scene.add(pf.Transform(tuple(camera.position_m + 50.0 * ray)), pf.Shape("sphere", (size_m,) * 3))
+    with pf.Renderer(scene, SIZE, quality="low") as renderer:
+        shown = renderer.render(camera, outputs=("surface", "distance"))
+    ball = shown["surface"] == 3
+    assert np.abs(shown["distance"][ball] - 50.0).max() < size_m
+    rows, columns = np.nonzero(ball)
+    for x, y in wanted:
+        near = np.hypot(columns + 0.5 - x, rows + 0.5 - y) < 9.0
+        middle = columns[near].mean() + 0.5, rows[near].mean() + 0.5
+        assert np.hypot(middle[0] - x, middle[1] - y) < 0.5, (x, y, middle)
+
+
 @pytest.mark.parametrize("name", ["brown", "fisheye"])
 def test_distances_are_those_of_the_ground_that_is_drawn(renderer, name):
     lens = LENSES[name]
@@ -208,7 +231,12 @@ def test_photos_and_files_know_the_lens(renderer, tmp_path):
 
 
 def test_refused_before_any_drawing(renderer):
-    before = renderer.frames
+    camera = CAMERA.with_intrinsics(LENSES["brown"])
+    renderer.render(camera)
+    before, drawn = renderer.frames, renderer.graph
+    renderer.project(camera, np.ones((1, 3)))
+    renderer.camera_state(CAMERA)
+    assert renderer.graph is drawn, "questions leave the picture as it is"
     nothing = pf.Intrinsics(160, 90, 100.0, 100.0, 1e5, 40.0, (-0.3, 0.0, 0.0, 0.0), "brown")
     with pytest.raises(pf.CameraError, match="no pixel of 160 x 90 has a ray: expected a principal point near"):
         renderer.render(CAMERA.with_intrinsics(nothing))
