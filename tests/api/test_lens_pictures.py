@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import planetfall as pf
 from planetfall.capture.captures import save_capture
 from planetfall.capture.photos import PhotoPlan, photo_tiles
 from planetfall.capture.shot import load_shot, shot_settings
+from planetfall.cli.main import main
 from planetfall.engine.hosts.headless import create_headless
 from planetfall.render.lens_faces import faces_of
 from planetfall.systems.composite.finish import finished, press, unpress
@@ -228,6 +230,24 @@ def test_photos_and_files_know_the_lens(renderer, tmp_path):
         save_capture(file, {"color": arrays["color"]}, told)
         shot = load_shot(file)
         assert shot.camera.intrinsics == lens and shot.size == lens.size
+
+
+def test_on_the_command_line(tmp_path, capsys):
+    calibration, picture, again = (tmp_path / name for name in ("camera.yml", "a.npz", "b.png"))
+    LENSES["fisheye"].save(calibration)
+    place = ["--latitude-deg", "10", "--longitude-deg", "10", "--altitude-m", "5000", "--pitch-deg", "-20"]
+    command = ["render", "moon", *place, "--quality", "low", "--intrinsics", str(calibration)]
+    assert main([*command, "--size", "64x36", "-o", str(picture)]) == 2
+    assert "--size: the intrinsics are for 96 x 96 pixels, found 64x36" in capsys.readouterr().err
+    assert main([*command[:-1], str(tmp_path / "none.yml"), "-o", str(picture)]) == 2
+    assert "none.yml: no such file" in capsys.readouterr().err
+    assert main([*command, "-o", str(picture)]) == 0
+    with np.load(picture) as arrays:
+        assert arrays["distance"].shape == (96, 96) and arrays["color"].shape == (96, 96, 3)
+        color = arrays["color"].astype(int)
+    assert main(["render", "--like", str(picture), "-o", str(again)]) == 0
+    with Image.open(again) as made:
+        assert np.abs(np.asarray(made) - color).max() <= 1
 
 
 def test_refused_before_any_drawing(renderer):
