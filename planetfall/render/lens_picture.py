@@ -81,9 +81,18 @@ class LensPicture:
         self._held: tuple[Camera, LensFaces, list[Camera]] | None = None
 
     def render(
-        self, camera: Camera, time_s: float | None, sun: Sun | None, outputs: Sequence[str], dt_s: float | None
+        self,
+        camera: Camera,
+        time_s: float | None,
+        sun: Sun | None,
+        outputs: Sequence[str],
+        dt_s: float | None,
+        pixel: int | None = None,
     ) -> Arrays:
-        """As Picture.render. Where the lens has no ray: black, distance and position NaN, all else 0."""
+        """As Picture.render. Where the lens has no ray: black, distance and position NaN, all else 0.
+
+        pixel: the flat index of one that has a ray; then only the face that shows it is drawn.
+        """
         lens = _lens(camera)
         parts, cameras = self._faces(camera, lens)
         # The way along a ray is what positions are made of.
@@ -92,6 +101,8 @@ class LensPicture:
         asked = tuple(dict.fromkeys((*names, *(colors.outputs if colors else ()))))
         found: Arrays = {}
         for part, picture, face in self._taken(parts.faces, cameras, colors is not None):
+            if pixel is not None and not (face.pixels == pixel).any():
+                continue
             arrays = picture.render(part, time_s, sun, asked, dt_s)
             if colors is not None:
                 colors.add(face, arrays, self._picture.exposure or 0.0)

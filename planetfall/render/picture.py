@@ -313,11 +313,18 @@ class Picture:
     def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
         """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
         sky."""
+        check_moment(camera, None, None)
         width, height = self._size_for(camera)
         if not (0.0 <= x < width and 0.0 <= y < height):
             raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
         column, row = int(x), int(y)
-        arrays = self.render(camera, outputs=("position", "surface"))
+        lens, outputs = camera.optics.lens, ("position", "surface")
+        if lens is None:
+            arrays = self.render(camera, outputs=outputs)
+        elif np.isnan(lens.rays([(column + 0.5, row + 0.5)])).any():
+            return None
+        else:
+            arrays = self._lens.render(camera, None, None, outputs, None, pixel=row * width + column)
         surface = int(arrays["surface"][row, column])
         if surface == 0:
             return None
@@ -331,12 +338,11 @@ class Picture:
         home = found[camera.planet_in(scene).name]
         state = self.camera_state(camera)
         lens = camera.optics.intrinsics
-        if lens is None:
-            ray = pixel_rays(state, self.size, [(x, y)])[0]
-        else:
-            ray = lens.rays([(x, y)])[0] * _Y_DOWN @ state.axes
-            if np.isnan(ray[0]):
-                return None
+        ray = (
+            pixel_rays(state, self.size, [(x, y)])[0] if lens is None else lens.rays([(x, y)])[0] * _Y_DOWN @ state.axes
+        )
+        if np.isnan(ray[0]):
+            return None
         look = home.axes @ ray
         eye = home.outside(state.position_m)
         hits = {b.name: float(ray_sphere_from(eye - b.centre_m, look, b.radius_m).near_m) for b in found.values()}

@@ -60,6 +60,9 @@ def test_arrays_and_pick_lie_on_the_pixels_own_rays(renderer, name):
     pixels, seen = renderer.project(camera, state.position_m + out["position"][hit].astype(float))
     assert seen.all()
     assert np.abs(pixels - np.stack([columns + 0.5, rows + 0.5], axis=1)).max() < 1e-2  # the promise is 0.1
+    if not there.all():
+        bare_row, bare_column = np.argwhere(~there)[0]
+        assert renderer.pick(camera, bare_column, bare_row) is None, "no ray"
     middle = len(rows) // 2
     found, what = renderer.pick(camera, columns[middle] + 0.5, rows[middle] + 0.5)
     assert what == "terrain" and renderer.planet_at(camera, columns[middle], rows[middle]) == "moon"
@@ -264,4 +267,6 @@ def test_refused_before_any_drawing(renderer):
         renderer.render(CAMERA.with_intrinsics(pf.Intrinsics(10**6, 90, 1e5, 1e5, 5e5, 40.0)))
     with pytest.raises(ValueError, match=r"pixel \(200, 3\) is outside the picture of 160 x 90"):
         renderer.pick(CAMERA.with_intrinsics(LENSES["brown"]), 200, 3)
+    with pytest.raises(pf.CameraError, match=r"camera must be a pf\.Camera or a pf\.View, found Intrinsics"):
+        renderer.pick(LENSES["brown"], 1, 1)
     assert renderer.frames == before
