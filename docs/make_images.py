@@ -2,6 +2,7 @@
 ...]`."""
 
 import io
+import math
 import sys
 import tempfile
 from pathlib import Path
@@ -106,8 +107,22 @@ def raft() -> Image.Image:
         return Image.open(Path(folder) / "raft_0000.png").copy()
 
 
-SHEETS = {"paper": paper_sheet, "rivers": rivers, "gullies": gullies, "raft": raft}
-"""Drawn by functions of their own: the sources' methods beside ours, a map, and a game."""
+def lenses() -> Image.Image:
+    """A view through a wide lens with barrel distortion, a fisheye of half a turn, and all around."""
+    turn = 2.0 * math.pi
+    barrel = pf.Intrinsics(480, 270, 240.0, 240.0, 239.5, 134.5, (-0.28, 0.09, 0.0, 0.0), "brown")
+    fisheye = pf.Intrinsics(480, 270, 960 / turn, 960 / turn, 239.5, 134.5, (), "fisheye")
+    around = pf.Intrinsics(960, 300, 960 / turn, 960 / turn, 479.5, 149.5, (), "equirectangular")
+    scene, sheet = pf.load_scene("earth"), Image.new("RGB", (960, 570))
+    view = pf.view("coast", scene.planet)
+    with pf.Renderer(scene, SIZE, QUALITY) as renderer:
+        for lens, place in ((barrel, (0, 0)), (fisheye, (480, 0)), (around, (0, 270))):
+            sheet.paste(renderer.snapshot(view.with_intrinsics(lens)).image, place)
+    return sheet
+
+
+SHEETS = {"paper": paper_sheet, "rivers": rivers, "gullies": gullies, "raft": raft, "lenses": lenses}
+"""Drawn by functions of their own: the sources' methods beside ours, a map, a game, and lenses."""
 
 
 def as_jpeg(picture: Image.Image, largest_bytes: int = LARGEST_BYTES) -> bytes:

@@ -22,6 +22,7 @@ ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 
 # ruff: noqa: E402 - the folders have to be found first
 from .camera.camera import Camera
+from .camera.intrinsics import Intrinsics
 from .camera.views import View, view, views
 from .components import (
     Atmosphere,
@@ -145,6 +146,7 @@ __all__ = [
     "GraphError",
     "HostDepth",
     "HostSpace",
+    "Intrinsics",
     "MissingError",
     "NoEGLError",
     "NotSettled",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, NoReturn, Self
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..engine.space import CameraState
 from ..errors import CameraError
 from ..scene.scene import PlanetHandle
-from .place import Optics, Place, Pose, SceneCamera, make_place
+from .intrinsics import Intrinsics
+from .place import Face, Optics, Place, Pose, SceneCamera, check_ev100, check_intrinsics, make_place
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -29,7 +31,8 @@ class Camera:
     Camera(position_m=(x, y, z), forward=(x, y, z), up=(x, y, z)): planet-centred metres and directions in planet axes.
     Camera.at(latitude_deg, longitude_deg, altitude_m, ...): over a place. fov_y_deg is the whole vertical angle; the
     horizontal one follows the picture's shape. frustum_deg=(left, right, bottom, top), signed angles from forward,
-    takes its place for tiles and stereo. ev100: a fixed exposure.
+    takes its place for tiles and stereo. ev100: a fixed exposure. intrinsics: a calibrated camera in place of either,
+    whose size is then the picture's.
     planet: a name in the scene or scene.planet; None is the default one of the scene that it is rendered in.
 
     Where Camera.at is depends on its planet: position_m is there with planet=scene.planet, and raises without; what it
@@ -46,8 +49,9 @@ class Camera:
         *,
         frustum_deg: Sequence[float] | None = None,
         ev100: float | None = None,
+        intrinsics: Intrinsics | None = None,
     ) -> None:
-        optics = Optics.checked(fov_y_deg, frustum_deg, ev100)
+        optics = Optics.checked(fov_y_deg, frustum_deg, ev100, intrinsics)
         self._fill(_pose=Pose.checked(position_m, forward, up), _optics=optics, _planet=_checked_planet(planet))
 
     if TYPE_CHECKING:  # what `_fill` gives it
@@ -84,6 +88,7 @@ class Camera:
         *,
         frustum_deg: Sequence[float] | None = None,
         ev100: float | None = None,
+        intrinsics: Intrinsics | None = None,
     ) -> Camera:
         """A camera over a place. heading_deg: 0 north, 90 east (at a pole: longitude looked along); pitch_deg > 0 up.
 
@@ -91,7 +96,7 @@ class Camera:
         as the scene has them when the camera is rendered.
         """
         place = make_place(latitude_deg, longitude_deg, altitude_m, heading_deg, pitch_deg, above)
-        return PlacedCamera(place, Optics.checked(fov_y_deg, frustum_deg, ev100), planet)
+        return PlacedCamera(place, Optics.checked(fov_y_deg, frustum_deg, ev100, intrinsics), planet)
 
     @property
     def planet(self) -> str | PlanetHandle | None:
@@ -100,12 +105,12 @@ class Camera:
 
     @property
     def optics(self) -> Optics:
-        """Angles and exposure."""
+        """Angles or lens, and exposure."""
         return self._optics
 
     @property
     def fov_y_deg(self) -> float:
-        """The whole vertical angle; without meaning where frustum_deg is given."""
+        """The whole vertical angle; without meaning where frustum_deg or intrinsics are given."""
         return self.optics.fov_y_deg
 
     @property
@@ -114,13 +119,30 @@ class Camera:
         return self.optics.frustum_deg
 
     @property
+    def intrinsics(self) -> Intrinsics | None:
+        """The calibrated camera that it was given, or None."""
+        return self.optics.intrinsics
+
+    @property
     def ev100(self) -> float | None:
         """A fixed exposure for pictures of this camera; None: as the scene's Exposure says."""
         return self.optics.ev100
 
-    def exposed(self, ev100: float) -> Camera:
+    def exposed(self, ev100: float) -> Self:
         """The same camera with a fixed exposure."""
-        return self._with(_optics=self.optics.exposed(ev100))
+        return self._changed(ev100=check_ev100(ev100))
+
+    def with_intrinsics(self, intrinsics: Intrinsics) -> Self:
+        """The same camera with a lens in place of its angles; of a View too: pf.view("near").with_intrinsics(lens)."""
+        return self._changed(intrinsics=check_intrinsics(intrinsics), frustum_deg=None)
+
+    def face(self, face: Face) -> Self:
+        """The same camera, of whose lens one face is drawn."""
+        return self._changed(face=face)
+
+    def _changed(self, **optics: Any) -> Self:
+        """A copy with other optics."""
+        return self._with(_optics=replace(self._optics, **optics))
 
     # -- where it is --------------------------------------------------------------------------------------------------
 
@@ -170,6 +192,8 @@ class Camera:
         return f"Camera(position_m={position}, forward={forward}, up={up}, {self._optics_text()})"
 
     def _optics_text(self) -> str:
+        if self.intrinsics is not None:
+            return f"intrinsics={self.intrinsics!r}"
         return f"fov_y_deg={self.fov_y_deg:g}" if self.frustum_deg is None else f"frustum_deg={self.frustum_deg}"
 
 

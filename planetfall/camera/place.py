@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..engine.space import CameraState, direction, heading_pitch_axes, orthonormal_axes
 from ..errors import CameraError
+from .intrinsics import Intrinsics
 
 if TYPE_CHECKING:
     from ..components import Sun
     from ..scene.scene import PlanetHandle
 
-__all__ = ["Optics", "Place", "Pose", "SceneCamera", "check_number", "make_place"]
+__all__ = ["Face", "Optics", "Place", "Pose", "SceneCamera", "check_number", "make_place"]
 
 Vector = NDArray[np.float64]
 
@@ -42,28 +43,72 @@ class Pose:
 
 
 @dataclass(frozen=True, eq=False)
+class Face:
+    """A pinhole picture that a lens's picture is made from, with the lens's own eye.
+
+    axes: (3, 3), rows right, up and forward in the camera's right, up and forward. tangents: (left, right, bottom, top)
+    of its frustum. size: (width, height) in pixels.
+    """
+
+    axes: Vector
+    tangents: tuple[float, float, float, float]
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
 class Optics:
     """What a camera takes: its whole vertical angle, or in its place signed angles (left, right, bottom, top) from
-    forward, and a fixed exposure if it has one."""
+    forward, or a lens; and a fixed exposure if it has one. face: the part of a lens's picture that is drawn."""
 
     fov_y_deg: float = 60.0
     frustum_deg: tuple[float, float, float, float] | None = None
     ev100: float | None = None
+    intrinsics: Intrinsics | None = None
+    face: Face | None = None
 
     @classmethod
     def checked(
-        cls, fov_y_deg: float, frustum_deg: Sequence[float] | None = None, ev100: float | None = None
+        cls,
+        fov_y_deg: float,
+        frustum_deg: Sequence[float] | None = None,
+        ev100: float | None = None,
+        intrinsics: Intrinsics | None = None,
     ) -> Optics:
         """CameraError for what is out of range."""
+        if frustum_deg is not None and intrinsics is not None:
+            raise CameraError("Camera: frustum_deg and intrinsics exclude each other: give one of them")
         return cls(
             check_number("fov_y_deg", fov_y_deg, _NARROWEST_DEG, _WIDEST_DEG),
             None if frustum_deg is None else check_frustum(frustum_deg),
-            None if ev100 is None else check_number("ev100", ev100, -20.0, 30.0),
+            None if ev100 is None else check_ev100(ev100),
+            None if intrinsics is None else check_intrinsics(intrinsics),
         )
 
-    def exposed(self, ev100: float) -> Optics:
-        """With another fixed exposure."""
-        return Optics.checked(self.fov_y_deg, self.frustum_deg, ev100)
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """(width, height) of its picture in pixels, where it has one of its own."""
+        if self.face is not None:
+            return self.face.size
+        return None if self.intrinsics is None else self.intrinsics.size
+
+    @property
+    def lens(self) -> Intrinsics | None:
+        """A lens whose picture has to be resampled from pinhole pictures."""
+        resampled = self.face is None and self.intrinsics is not None and not self.intrinsics.is_pinhole
+        return self.intrinsics if resampled else None
+
+    def tangents(self, aspect: float) -> tuple[float, float, float, float]:
+        """(left, right, bottom, top) of the frustum, for a picture of width / height; of a lens: without its
+        distortion."""
+        if self.face is not None:
+            return self.face.tangents
+        if self.intrinsics is not None:
+            return self.intrinsics.tangents
+        if self.frustum_deg is not None:
+            left, right, bottom, top = (float(np.tan(np.radians(angle))) for angle in self.frustum_deg)
+            return left, right, bottom, top
+        top = float(np.tan(math.radians(self.fov_y_deg) / 2))
+        return -top * aspect, top * aspect, -top, top
 
 
 @dataclass(frozen=True)
@@ -115,10 +160,11 @@ class SceneCamera:
 
     def state(self, aspect: float) -> CameraState:
         """As engine.space wants it. aspect: width / height of the picture."""
-        pose, optics = self.pose, self.optics
-        if optics.frustum_deg is not None:
-            return CameraState.frustum_deg(pose.position_m, pose.forward, pose.up, optics.frustum_deg)
-        return CameraState.look(pose.position_m, pose.forward, pose.up, optics.fov_y_deg, aspect)
+        pose, face = self.pose, self.optics.face
+        right, up, forward = orthonormal_axes(pose.forward, pose.up, pose.position_m)
+        if face is not None:
+            right, up, forward = face.axes @ np.array([right, up, forward])
+        return CameraState(pose.position_m, forward, up, right, *self.optics.tangents(aspect))
 
 
 def make_place(
@@ -166,6 +212,19 @@ def check_unit(name: str, value: Any) -> Vector:
     vector = check_vector(name, value)
     vector = vector / np.max(np.abs(vector))  # keeps the direction of tiny and of huge ones
     return vector / np.linalg.norm(vector)
+
+
+def check_ev100(value: object) -> float:
+    return check_number("ev100", value, -20.0, 30.0)
+
+
+def check_intrinsics(value: object) -> Intrinsics:
+    if not isinstance(value, Intrinsics):
+        raise CameraError(
+            f"Camera: intrinsics: expected a pf.Intrinsics, found {shown(value)}; pf.Intrinsics.load('camera.yml') "
+            "reads one"
+        )
+    return value
 
 
 def check_frustum(value: Any) -> tuple[float, float, float, float]:

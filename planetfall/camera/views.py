@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..components import Planet, Sun, Terrain, Vec3, knob
 from ..engine.settings import PresetError, SettingError, check_value, did_you_mean, read_toml, rules_of
@@ -62,9 +62,9 @@ class _Row:
         latitude, longitude, heading = self.printed_place
         return replace(self.place(radius_m), latitude_deg=latitude, longitude_deg=longitude, heading_deg=heading)
 
-    def optics(self, ev100: float | None = None) -> Optics:
-        """With a fixed exposure, the view's own if none is given, so that pictures of it can be compared."""
-        return Optics(self.fov_y_deg, None, self.ev100 if ev100 is None else ev100)
+    def optics(self, changes: Mapping[str, Any]) -> Optics:
+        """With a fixed exposure, the view's own if changes have none, so that pictures of it can be compared."""
+        return replace(Optics(self.fov_y_deg, None, self.ev100), **changes)
 
     def sun(self, scene: Scene | None) -> Sun | None:
         """The view's own, in the light of a scene's."""
@@ -117,15 +117,15 @@ class View(PlacedCamera):
         name: str
         _entry: _Entry
         _preset: str | None
-        _ev100: float | None
+        _changes: Mapping[str, Any]
 
     def __init__(self, name: str, entry: _Entry, planet: str | PlanetHandle | None = None) -> None:
         # A preset's name chooses the place; the picture is then taken in whatever scene the view is rendered in.
         preset, over = (planet, None) if isinstance(planet, str) else (None, planet)
-        self._fill(name=name, _entry=entry, _preset=preset, _planet=over, _ev100=None)
+        self._fill(name=name, _entry=entry, _preset=preset, _planet=over, _changes={})
 
-    def exposed(self, ev100: float) -> View:
-        return self._with(_ev100=self.optics.exposed(ev100).ev100)
+    def _changed(self, **optics: Any) -> Self:
+        return self._with(_changes={**self._changes, **optics})
 
     def _scene(self) -> Scene | None:
         return self._planet.scene if isinstance(self._planet, PlanetHandle) else None
@@ -141,7 +141,7 @@ class View(PlacedCamera):
         planet, row = self.planet_in(scene), self._row_in(scene)
         place = row.place(planet.radius_m)
         printed = row.place_on_printed_ground(planet.radius_m)
-        sun, optics = row.sun(scene), row.optics(self._ev100)
+        sun, optics = row.sun(scene), row.optics(self._changes)
         return SceneCamera(planet, place.pose(planet), optics, place, sun, row.time_s, printed)
 
     @property
@@ -151,12 +151,12 @@ class View(PlacedCamera):
 
     @property
     def optics(self) -> Optics:
-        return self._row_in(self._scene()).optics(self._ev100)
+        return self._row_in(self._scene()).optics(self._changes)
 
     @property
     def ev100(self) -> float:
         """The fixed exposure, so that pictures of it can be compared."""
-        return self._row_in(self._scene()).ev100 if self._ev100 is None else self._ev100
+        return self._changes.get("ev100", self._row_in(self._scene()).ev100)
 
     @property
     def about(self) -> str:

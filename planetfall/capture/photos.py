@@ -81,10 +81,11 @@ def photo(
 ) -> Pixels:
     """A settled picture (H, W, 3) of any size, in tiles where it is larger than `tile_px`; see PhotoPlan.
 
-    camera, time_s, sun: as for Renderer.render. progress(done, count) follows the tiles. Raises SizeError for a size,
-    SettingError and CameraError as the renderer.
+    camera, time_s, sun: as for Renderer.render; a camera with intrinsics has a size of its own. progress(done, count)
+    follows the tiles. Raises SizeError for a size, SettingError and CameraError as the renderer.
     """
     check_scene(scene, "photo")
+    size = size if camera.intrinsics is None else camera.intrinsics.size
     plan = PhotoPlan((int(size[0]), int(size[1])), supersample, tile_px, ev100)
     from ..render.renderer import Renderer
 
@@ -109,11 +110,12 @@ def photo_tiles(
 
     outputs: as for Renderer.render. Of several samples a pixel, colour and radiance are means of light; all else is
     that of the sample next to the pixel's centre, because a mean of two places is neither.
-    The renderer's size changes meanwhile, and is put back when the last tile is done or the iterator is closed.
+    A lens that bends straight lines has no tiles. The renderer's size changes meanwhile, and is put back when the last
+    tile is done or the iterator is closed.
     """
     before, scale = renderer.size, renderer.render_scale
     width, height = plan.size
-    tiles = plan.tiles()
+    tiles = plan.tiles() if camera.optics.lens is None else [(0, 0, *plan.size)]
     arrays: Arrays = {}
     placed = camera.in_scene(renderer.scene)
     time_s = placed.time_s if time_s is None else time_s
@@ -162,8 +164,12 @@ def _take(
     samples = plan.supersample
     margin = -(-_MARGIN_PX // samples)
     outer = (max(left - margin, 0), max(top - margin, 0), min(right + margin, width), min(bottom + margin, height))
-    renderer.resize(((outer[2] - outer[0]) * samples, (outer[3] - outer[1]) * samples))
-    part = _part(renderer, camera, plan.size, outer, ev100)
+    if camera.optics.lens is None:
+        renderer.resize(((outer[2] - outer[0]) * samples, (outer[3] - outer[1]) * samples))
+        part = _part(renderer, camera, plan.size, outer, ev100)
+    else:
+        part = camera.with_intrinsics(camera.optics.lens.scaled(samples))
+        part = part if ev100 is None else part.exposed(ev100)
     renderer.settle(part, time_s, sun=sun)
     found = renderer.render(part, time_s, sun=sun, outputs=tuple(outputs))
     inner = slice(top - outer[1], bottom - outer[1]), slice(left - outer[0], right - outer[0])
@@ -191,7 +197,7 @@ def _part(
 ) -> Camera:
     """The camera for a part of a picture: the same place, and a frustum of its own beside the axis."""
     width, height = size
-    if tile == (0, 0, *size):
+    if tile == (0, 0, *size) and camera.intrinsics is None:
         return camera if ev100 is None else camera.exposed(ev100)
     state = camera.resolve(renderer.scene, width / height)
     place = renderer.camera_state(camera).position_m  # on the drawn ground, and out of it

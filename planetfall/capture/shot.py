@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
 from ..camera.camera import Camera
+from ..camera.intrinsics import Intrinsics
 from ..engine.settings import PresetError, build_components, plain_table
 from ..engine.space import CameraState
 from ..engine.wavelengths import wavelengths_of
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["Shot", "camera_settings", "load_shot", "made_of", "scene_settings", "shot_settings"]
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class Shot:
     """What a picture's file tells: `scene` is made anew, the rest goes into Renderer and render, or `pf.photo`."""
 
@@ -58,11 +59,13 @@ def shot_settings(
     ev100: float | None = None,
     mode: str = "ship",
     over: str = "",
+    intrinsics: Intrinsics | None = None,
 ) -> dict[str, Any]:
     """All that is needed to make a picture again. camera: a CameraState, or a Camera without a ground to stand on.
 
     sun: the one that shines, where it isn't the scene's. over: the companion in whose axes the camera is. ev100:
-    the exposure that the picture has. "wavelengths_nm" says where its radiance is.
+    the exposure that the picture has. intrinsics: its lens, beside a CameraState. "wavelengths_nm" says where its
+    radiance is.
     """
     told = scene_settings(scene)
     if sun is not None:
@@ -71,7 +74,7 @@ def shot_settings(
         "planetfall": __version__,
         **told,
         "over": over,
-        "camera": camera_settings(camera),
+        "camera": camera_settings(camera) | ({} if intrinsics is None else {"intrinsics": asdict(intrinsics)}),
         "time_s": float(time_s),
         "size": [int(n) for n in size],
         "quality": quality,
@@ -109,7 +112,9 @@ def made_of(scene: Scene, **more: object) -> str:
 def camera_settings(camera: Camera | CameraState) -> dict[str, Any]:
     """A Camera (or a CameraState) as plain data for the files."""
     names = ("position_m", "forward", "up", "fov_y_deg", "tan_left", "tan_right", "tan_bottom", "tan_top", "near_m")
-    return {name: getattr(camera, name) for name in names if getattr(camera, name, None) is not None}
+    found = {name: getattr(camera, name) for name in names if getattr(camera, name, None) is not None}
+    lens = camera.intrinsics if isinstance(camera, Camera) else None
+    return found if lens is None else {**found, "intrinsics": asdict(lens)}
 
 
 def load_shot(path: str | PathLike[str]) -> Shot:
@@ -150,6 +155,8 @@ def load_shot(path: str | PathLike[str]) -> Shot:
 
 def _camera(found: Mapping[str, Any], planet: str | None) -> Camera:
     place = (found["position_m"], found["forward"], found["up"])
+    if "intrinsics" in found:
+        return Camera(*place, planet=planet, intrinsics=Intrinsics(**found["intrinsics"]))
     if "tan_top" not in found:
         return Camera(*place, float(found["fov_y_deg"]), planet)
     left, right, bottom, top = (float(found[f"tan_{side}"]) for side in ("left", "right", "bottom", "top"))

@@ -10,11 +10,12 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..camera.flights import path as scripted
+from ..camera.intrinsics import Intrinsics
 from ..capture.captures import check_arrays, check_suffix, outputs_for, save_capture
 from ..capture.photos import PhotoPlan, photo_tiles
 from ..capture.recording import record
 from ..capture.shot import load_shot, shot_settings
-from ..errors import CameraError, SettingError
+from ..errors import CameraError, SettingError, SizeError
 from ..systems.capture import require_writable
 from ..systems.capture.video import ffmpeg
 from ..systems.flight import PATHS_FILE
@@ -47,6 +48,7 @@ def render_command(
     time_s: float | None = None,
     like: Path | None = None,
     ev100: float | None = None,
+    intrinsics: Path | None = None,
     supersample: int | None = None,
     tile_px: int = 2048,
     output: Output = Path("planetfall.png"),
@@ -63,6 +65,8 @@ def render_command(
         A picture or arrays of ours: takes everything from the settings inside it; other options change single things.
     ev100
         A fixed exposure; left out, it adapts.
+    intrinsics
+        A calibrated camera's YAML file, of OpenCV or ROS: its lens, and with it the size.
     supersample
         Samples a side for every pixel, averaged: 2 takes four times as long.
     tile_px
@@ -90,6 +94,13 @@ def render_command(
         shot = like_shot.camera
     else:
         shot = find_view(view or DEFAULT_VIEW, scene)
+    if intrinsics is not None:
+        shot = shot.with_intrinsics(Intrinsics.load(intrinsics))
+    lens = shot.intrinsics
+    if lens is not None:
+        if size is not None and pixels != lens.size:
+            raise SizeError(f"--size: the intrinsics are for {lens.width} x {lens.height} pixels, found {size}")
+        pixels = lens.size
     light = sun.sun(scene, shot)
     if like_shot and time_s is None:
         time_s = like_shot.time_s
@@ -119,7 +130,7 @@ def render_command(
         state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
         settings = shot_settings(
             scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
-            ev100=exposure_of(renderer), over=companion_below(scene, shot),
+            ev100=exposure_of(renderer), over=companion_below(scene, shot), intrinsics=lens,
         )  # fmt: skip
     settings |= {"planet": planet or scene.name, "view": None if camera.given() or like_shot else view or DEFAULT_VIEW}
     save_capture(output, out, settings)

@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
     from .drawn_ground import DrawnGround
 
-__all__ = ["LDR", "DrawnView", "PlanKey"]
+__all__ = ["LDR", "PICTURE", "DrawnView", "PlanKey"]
 
 LDR = "composite.ldr"
 """The resource that a picture of colours is read from."""
+PICTURE = frozenset({LDR, "composite.resolved", "composite.quarter"})
+"""Resources that belong to a picture: asking for them alone leaves its samples where they are."""
 
 
 class PlanKey(NamedTuple):

@@ -12,15 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera.arguments import check_moment, check_size
+from ..camera.camera import Camera
 from ..engine.frame.gbuffer import Surface
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
 from ..engine.wavelengths import wavelengths_of
 from ..query.arguments import checked_directions
 from ..scene.companions import bodies
+from ..systems.composite import CompositeSystem
 from .drawn_camera import CameraResolver
-from .drawn_view import LDR, DrawnView
+from .drawn_view import LDR, PICTURE, DrawnView
 from .faults import draw_without_faults
 from .labels import material_names
+from .lens_picture import FaceView, LensPicture
 from .outputs import Shot, exports_for, read_outputs
 from .planet import Moment, Wanted
 from .queries import height_drawn
@@ -30,7 +33,6 @@ from .snapshot import Snapshot
 if TYPE_CHECKING:
     import moderngl
 
-    from ..camera.camera import Camera
     from ..camera.views import View
     from ..components import Sun
     from ..engine.frame import Frame
@@ -45,6 +47,8 @@ if TYPE_CHECKING:
 __all__ = ["Picture", "PictureOwner"]
 
 _TARGETS = frozenset({"target", "target_with_depth"})
+_Y_DOWN = np.array([1.0, -1.0, 1.0])
+"""From our camera axes to those of Intrinsics, and back."""
 
 
 class PictureOwner(Protocol):
@@ -62,6 +66,7 @@ class PictureOwner(Protocol):
     @property
     def render_scale(self) -> float: ...
     def current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]: ...
+    def add_view(self, size: tuple[int, int]) -> FaceView: ...
 
 
 class Picture:
@@ -72,13 +77,14 @@ class Picture:
         check_size(size, owner.gpu.caps.max_texture_size)
         self._owner, self._is_added = owner, is_added
         self.size = (int(size[0]), int(size[1]))
-        """(width, height) in pixels."""
+        """(width, height) in pixels, for cameras without intrinsics, which bring their own."""
         self._resolved = CameraResolver(owner.scene)
         self._views: dict[str, DrawnView] = {}
         self._front = ""  # until the first frame
         self._request_ms = 0.0
         self._given: tuple[str, CameraState] | None = None
         """The planet and the camera of the last frame that was given out."""
+        self._lens = LensPicture(self, owner)
         self._view_of(self.main)
         owner.planets.gone.append(self._forget)
 
@@ -112,14 +118,18 @@ class Picture:
         surface to the horizontal, NaN), flow (f32, 2, pixels right and down to the camera of the frame before, of
         directions), sunlit (f32, 0..1 of the sun's disc, 0), albedo (f32, 3, at `wavelengths_nm`, 0), material (u8, see
         `materials`, 0), instance (u32: a prop's entity, a tree's number, 0 for all else).
-        camera: a Camera, or a View, which brings its own sun, time and exposure. time_s: moves water and weather, and
-        an epoch sun. sun: a Sun component that replaces the scene's.
+        camera: a Camera, or a View, which brings its own sun, time and exposure. One with intrinsics brings the size of
+        the picture; where its lens has no ray, distance, depth and position are NaN, all else is 0. Through a lens that
+        bends there is no flow. time_s: moves water and weather, and an epoch sun. sun: a Sun component that replaces
+        the scene's.
         dt_s: time since the last frame, for a frame of a sequence: exposure adapts, and anti-aliasing builds on the
         frames before. Without it the picture stands for itself, the same whatever was rendered before, unless this
         very moment was settled: then it shows the settled picture.
         """
         exports = exports_for(outputs)
-        wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - {LDR}))
+        if _has_lens(camera):
+            return self._lens.render(camera, time_s, sun, outputs, dt_s)
+        wanted = Wanted(exports, dt_s, one_shot=dt_s is None, exact=bool(exports - PICTURE))
         names = tuple(outputs)
         with self._current():
             request = self._request(camera, time_s, sun)
@@ -139,17 +149,28 @@ class Picture:
     ) -> None:
         """One frame into a framebuffer of the host's, at viewport (x, y, width, height; default: all of it).
 
-        The renderer takes the viewport's size, times `render_scale`. The host's GL state stays (see `guard`).
+        The renderer takes the viewport's size, times `render_scale`; a camera with intrinsics keeps its own, and fills
+        the viewport with that picture. The host's GL state stays (see `guard`).
         depth: how the framebuffer's depth buffer stores distances (`HostSpace.depth`): what the host has drawn before
         stays where it is nearer, and what it draws afterwards stands in the planet's world. None: over everything.
+        CameraError with depth for a lens that bends straight lines.
         """
         owner = self._owner
         x, y, width, height = viewport or (0, 0, *framebuffer.size)
+        if _has_lens(camera):
+            self._lens.check_depth(camera, depth)
+            color = self._lens.render(camera, time_s, sun, ("color",), dt_s)["color"]
+            with self._current(framebuffer):
+                framebuffer.viewport = (x, y, width, height)
+                self._lens.draw(owner.gpu, color, framebuffer)
+            return
         with self._current(framebuffer):
             request = self._request(camera, time_s, sun)
-            scale = 1.0 if depth is not None else min(owner.render_scale, request.planet.memory.scale((width, height)))
-            self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
-            self._front_view.resize(self.size)
+            if camera.optics.size is None:
+                limit = request.planet.memory.scale((width, height))
+                scale = 1.0 if depth is not None else min(owner.render_scale, limit)
+                self._resize((max(round(scale * width), 1), max(round(scale * height), 1)))
+                self._front_view.resize(self.size)
             framebuffer.viewport = (x, y, width, height)
             name = "target" if depth is None else "target_with_depth"
             shared = None if depth is None else (depth.offset, depth.scale_m)
@@ -173,6 +194,8 @@ class Picture:
 
         progress(share) is called after each frame. NotSettled after timeout_s, naming what had not settled.
         """
+        if _has_lens(camera):
+            return self._lens.settle(camera, time_s, sun, timeout_s, progress)
         with self._current():
             request = self._request(camera, time_s, sun)
         view = self._front_view
@@ -208,8 +231,9 @@ class Picture:
         check_size(size, self._owner.gpu.caps.max_texture_size)
         self.size = (int(size[0]), int(size[1]))
 
-    def _request(self, camera: Camera | View, time_s: float | None, sun: Sun | None) -> DrawRequest:
-        """Which planet is drawn, with its view ready. The context is current."""
+    def _request(self, camera: Camera | View, time_s: float | None, sun: Sun | None, draws: bool = True) -> DrawRequest:
+        """Which planet is drawn, with its view ready if something is. The context is current. SizeError for a picture
+        that the GPU can't draw."""
         started = time.perf_counter()
         check_moment(camera, time_s, sun)
         planets = self._owner.planets
@@ -219,9 +243,16 @@ class Picture:
         before, self._front = self._front, request.planet.scene.planet.name
         if before not in ("", self._front) and not self._is_added:
             planets.hand_over(before, self._front)
-        self._front_view.resize(self.size)
+        if draws:
+            size = self._size_for(camera)
+            check_size(size, self._owner.gpu.caps.max_texture_size)
+            self._front_view.resize(size)
         self._request_ms = (time.perf_counter() - started) * 1e3
         return request
+
+    def _size_for(self, camera: Camera) -> tuple[int, int]:
+        """(width, height) of a camera's picture."""
+        return camera.optics.size or self.size
 
     def _drawn(self, request: DrawRequest, wanted: Wanted) -> DrawnView:
         view = self._front_view
@@ -259,6 +290,7 @@ class Picture:
 
     def _release_views(self) -> None:
         """Free what belongs to this picture alone. The context is current."""
+        self._lens.release()
         planets = self._owner.planets
         for name, view in self._views.items():
             planets[name].release_view(view)
@@ -287,23 +319,35 @@ class Picture:
         """The camera in f64 as the renderer uses it: resolved against the scene's ground, lifted out of it if need
         be."""
         with self._current():
-            request = self._request(camera, None, None)
-            return request.camera_in_scene(self._front_view.camera.state(request.camera, self.size))
+            request = self._request(camera, None, None, draws=False)
+            return request.camera_in_scene(self._front_view.camera.state(request.camera, self._size_for(camera)))
 
     def project(self, camera: Camera | View, points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera."""
-        return project(self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64)), self.size)
+        """Pixels (N, 2), row 0 on top, of points (N, 3) in planet axes, and which lie in front of the camera; of a
+        camera with intrinsics: which its lens sees."""
+        state, points = self.camera_state(camera), np.atleast_2d(np.asarray(points_m, np.float64))
+        lens = camera.optics.intrinsics
+        if lens is None:
+            return project(state, points, self.size)
+        return lens.project((points - state.position_m) @ state.axes.T * _Y_DOWN)
 
     def pick(self, camera: Camera | View, x: float, y: float) -> tuple[NDArray[np.float64], str] | None:
         """What pixel (x, y) shows: position_m (3,) f64 in planet axes and "terrain", "sea" or "props"; None for the
         sky."""
-        width, height = self.size
+        check_moment(camera, None, None)
+        width, height = self._size_for(camera)
         if not (0.0 <= x < width and 0.0 <= y < height):
             raise ValueError(f"pick: pixel ({x}, {y}) is outside the picture of {width} x {height}")
         column, row = int(x), int(y)
-        given = self._given
-        arrays = self.render(camera, outputs=("position", "surface"))
-        self._given = given  # a question is no frame of a sequence
+        lens, outputs = camera.optics.lens, ("position", "surface")
+        if lens is None:
+            given = self._given
+            arrays = self.render(camera, outputs=outputs)
+            self._given = given  # a question is no frame of a sequence
+        elif np.isnan(lens.rays([(column + 0.5, row + 0.5)])).any():
+            return None
+        else:
+            arrays = self._lens.render(camera, None, None, outputs, None, pixel=row * width + column)
         surface = int(arrays["surface"][row, column])
         if surface == 0:
             return None
@@ -316,7 +360,13 @@ class Picture:
         found = {body.name: body for body in bodies(scene, time_s)}
         home = found[camera.planet_in(scene).name]
         state = self.camera_state(camera)
-        look = home.axes @ pixel_rays(state, self.size, [(x, y)])[0]
+        lens = camera.optics.intrinsics
+        ray = (
+            pixel_rays(state, self.size, [(x, y)])[0] if lens is None else lens.rays([(x, y)])[0] * _Y_DOWN @ state.axes
+        )
+        if np.isnan(ray[0]):
+            return None
+        look = home.axes @ ray
         eye = home.outside(state.position_m)
         hits = {b.name: float(ray_sphere_from(eye - b.centre_m, look, b.radius_m).near_m) for b in found.values()}
         first = min(hits, key=lambda name: hits[name])
@@ -332,6 +382,15 @@ class Picture:
             return height_drawn(self._planet, self._front_view, unit)
 
     # -- looking inside ------------------------------------------------------------------------------------------------
+
+    @property
+    def exposure(self) -> float | None:
+        """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
+        composite = self._planet.system("composite")
+        if not isinstance(composite, CompositeSystem) or not composite.exposed(self._front_view):
+            return None
+        with self._current():
+            return composite.reading(self._front_view).ev100
 
     def passes(self) -> list[PassReport]:
         """What ran in the last frame and what was skipped, and why: PassReport objects of the frame graph."""
@@ -357,3 +416,8 @@ class Picture:
     def frames(self) -> int:
         """Frames that were shown over the planet that the last one was near."""
         return self._front_view.frames
+
+
+def _has_lens(camera: Any) -> bool:
+    """Whether its picture is resampled; False for what isn't a camera, which `check_moment` refuses."""
+    return isinstance(camera, Camera) and camera.optics.lens is not None

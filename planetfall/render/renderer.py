@@ -19,7 +19,6 @@ from ..engine.world import World
 from ..errors import SettingError
 from ..quality import checked_live, resolve_quality
 from ..scene.scene import Scene
-from ..systems.composite import CompositeSystem
 from .context import RenderContext
 from .context_loss import Place
 from .faults import Faults
@@ -209,15 +208,6 @@ class Renderer(Picture):
         """Cells, vertices and triangles drawn in the last frame, ground and sea together. Reads back from the GPU."""
         with self.current():
             return statistics(self._planet.running)
-
-    @property
-    def exposure(self) -> float | None:
-        """EV100 of the last picture; None before the first and after one without colours. Reads back from the GPU."""
-        composite = self.system("composite")
-        if not isinstance(composite, CompositeSystem) or not composite.exposed(self._front_view):
-            return None
-        with self.current():
-            return composite.reading(self._front_view).ev100
 
     @property
     def memory_bytes(self) -> dict[str, int]:

@@ -17,6 +17,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
 from ...engine.world import World
+from .finish import GLARE_FALL, GLARE_ROWS, glare_levels
 from .resolve import Resolver
 from .tone_maps import TONE_MAPS
 
@@ -27,11 +28,6 @@ T = TypeVar("T")
 _BINS = 512
 _GLARE = "rgba32f"
 """Not half floats: a sun would have to be clipped, and they are no faster here (llvmpipe)."""
-_GLARE_ROWS = 360.0
-_GLARE_FALL = 0.4
-"""Energy of an octave of glare against the next finer one: the halo falls a little faster than with the cube of
-the angle, as in eyes below a degree (CIE glare, Vos and van den Berg 1999). A share is that of a picture of 360
-rows, whose finest octave is 5 pixels wide; in larger pictures octaves keep their angles and finer ones join in."""
 _DARK_ADAPTATION = 1.0
 _SETTLED_EV = 1e-3
 
@@ -63,11 +59,6 @@ def read_exposure(buffer: moderngl.Buffer) -> ExposureReading:
 def adaptation_share(dt_s: float, time_s: float) -> float:
     """Share of the way to the target that dt_s brings when time_s is the time for 95 % of it; 1 for time_s = 0."""
     return 1.0 if time_s <= 0.0 else float(-np.expm1(-3.0 * max(dt_s, 0.0) / time_s))
-
-
-def _glare_levels(height: int) -> int:
-    """Halvings below a quarter of the size until one or two rows are left: the last octave is as wide as the view."""
-    return int(np.clip(np.floor(np.log2(max(height, 1) / 5.0)), 1, 10))
 
 
 @dataclass
@@ -189,7 +180,7 @@ class CompositeSystem(System):
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         own = self._exposed(view.view)
         own.latest = None  # belongs to the plan from before, and the new one may do without
-        levels, glares = _glare_levels(view.size[1]), self._glares
+        levels, glares = glare_levels(view.size[1]), self._glares
         builder.add_pass(
             "composite.reduce",
             bind=self._bind_reduce,
@@ -282,8 +273,8 @@ class CompositeSystem(System):
         ups = list(zip(targets[:-1], textures[1:], strict=True))[::-1]
         coarse = ups[:-1]  # the source stays as it is: the sum blurs it on its own
         total = io.framebuffer(colors=("composite.glare",))
-        self._up.set("u_share", _GLARE_FALL)
-        self._sum.set("u_share", _GLARE_FALL)
+        self._up.set("u_share", GLARE_FALL)
+        self._sum.set("u_share", GLARE_FALL)
 
         def run() -> None:
             exposure.bind_to_storage_buffer(EXPOSURE_BUFFER)
@@ -312,8 +303,8 @@ class CompositeSystem(System):
         target = io.framebuffer(colors=("composite.ldr",))
         scene, exposure = io.texture(picture), io.buffer("composite.exposure")
         glare = io.texture("composite.glare") if self._glares else None
-        finest = (1.0 - _GLARE_FALL) * io.size[1] / _GLARE_ROWS
-        total = finest * (1.0 - _GLARE_FALL ** (levels + 1)) / (1.0 - _GLARE_FALL)
+        finest = (1.0 - GLARE_FALL) * io.size[1] / GLARE_ROWS
+        total = finest * (1.0 - GLARE_FALL ** (levels + 1)) / (1.0 - GLARE_FALL)
 
         def run() -> None:
             target.use()

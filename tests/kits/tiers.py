@@ -47,6 +47,14 @@ DEFAULT: dict[str, tuple[str, ...]] = {
         "test_every_knob_of_the_ground_and_the_water_is_tried",
         "test_the_open_sea_is_dark_and_blue",
     ),
+    # lenses: a single picture and faces all around, nothing blurred or shifted, no seam
+    "test_lens_pictures.py": (
+        "test_arrays_and_pick_lie_on_the_pixels_own_rays[brown]",
+        "test_arrays_and_pick_lie_on_the_pixels_own_rays[panorama]",
+        "test_a_lens_that_bends_nothing_shows_what_a_pinhole_does[temporal]",
+        "test_a_panorama_has_no_seams",
+        "test_refused_before_any_drawing",
+    ),
     # the terrain's backends: no hole and the right heights for each, once
     "test_numbers_backends.py": ("test_no_holes", "test_the_hole_finder_finds_holes"),
     "test_numbers_ground.py": (

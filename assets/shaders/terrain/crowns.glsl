@@ -141,8 +141,8 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
                 nearest_t = enters;
                 cover = covers;
                 hue_met = hue;
-                vec3 round = (o + enters * d) / radius;
-                normal = normalize(round + (squash - 1.0) * dot(round, up) * up + 0.15 * up);
+                vec3 ball = (o + enters * d) / radius;
+                normal = normalize(ball + (squash - 1.0) * dot(ball, up) * up + 0.15 * up);
             }
         }
         float low = clamp((height + min(nearest_t, slab) * climbs) / tall, 0.0, 1.0);

@@ -104,9 +104,9 @@ void add_grass(
         float bloom = fract(two.z * 5.0 + one.x), tall = tallest * (0.75 + 0.3 * two.x);
         vec2 away = grass.along * (clamp(head + tall * grass.sway, 0.0, 1.0) - r.at) + grass.rise * (tall - rise);
         float colour = fract(dot(patch_at, vec2(0.7548777, 0.5698403)) + 0.35 * one.y);
-        float round = min(FLOWER_M * (0.7 + 0.6 * two.y) / size, 0.1), seen = max(round, 0.5 * width);
+        float broad_m = min(FLOWER_M * (0.7 + 0.6 * two.y) / size, 0.1), seen = max(broad_m, 0.5 * width);
         float weight = left * here * step(bloom, grass.flowers * open * clamp(0.5 + 0.6 * dense, 0.0, 1.5))
-            * clamp((seen - length(away)) / width + 0.5, 0.0, 1.0) * round * round / (seen * seen)
+            * clamp((seen - length(away)) / width + 0.5, 0.0, 1.0) * broad_m * broad_m / (seen * seen)
             * clamp(8.0 * v.eye_rise, 0.0, 1.0);
         left -= weight;
         found.bloom += weight * FLOWERS[int(4.0 * colour) & 3];
