@@ -97,7 +97,7 @@ class LensPicture:
         lens = _lens(camera)
         if "flow" in outputs:
             raise SettingError(
-                "outputs: flow is measured in pixels of a pinhole; expected a camera without intrinsics or with those of "
+                "outputs: flow is in pixels of a pinhole; expected a camera without intrinsics or with those of "
                 f"one, found model {lens.model!r}. Project `position` with the camera before by lens.project instead"
             )
         parts, cameras = self._faces(camera, lens)
