@@ -28,6 +28,7 @@ from .info import graph_command, planets_command, views_command
 from .new import new_command
 from .render import record_command, render_command
 from .rivers import rivers_command
+from .share import share_command
 
 __all__ = ["app", "main"]
 
@@ -50,6 +51,7 @@ app.command(planets_command, name="planets")
 app.command(views_command, name="views")
 app.command(graph_command, name="graph")
 app.command(rivers_command, name="rivers")
+app.command(share_command, name="share")
 
 Tokens = Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]
 

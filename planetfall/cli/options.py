@@ -26,7 +26,7 @@ SUN = Group("Sun", help="Left out: the view's sun, else the scene's.")
 
 Vector = tuple[float, float, float]
 
-Planet = Annotated[str, Parameter(help="A planet's name, or a scene's TOML file.")]
+Planet = Annotated[str, Parameter(help="A planet's name, or a scene's file.")]
 Size = Annotated[str, Parameter(help="Width x height in pixels.")]
 Quality = Annotated[str, Parameter(help="low, medium, high, ultra, reference or paper.")]
 Set = Annotated[

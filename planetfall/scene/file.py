@@ -12,15 +12,19 @@ from ..components import Orbit
 from ..engine.settings import PresetError, build_components, did_you_mean, read_toml, rules_of
 from ..errors import UnknownNameError
 from .kinds import KINDS, PLANET_KINDS, PRESETS, PROP_KINDS
+from .shared import SUFFIX, opened
 
-__all__ = ["Description", "describe", "described_companions", "planets", "scenes"]
+__all__ = ["FORMAT", "Description", "describe", "described_companions", "planets", "scenes"]
 
 # Top-level keys beside the tables: how it is called, what it is, the preset or file it changes, and the preset whose
 # named views apply to it.
 _KEYS = ("name", "about", "base", "like")
+_FORMAT = "format"
+FORMAT = 1
+"""Of the files that are written; files without are of format 0."""
 _COMPANIONS = "companions"  # [[companions]]: further planets; a file's own replace its base's
 _PROPS = "props"  # [[props]]: objects, each with a name and tables of its components; a file's own replace its base's
-_ALSO = (*_KEYS, _PROPS, _COMPANIONS)
+_ALSO = (*_KEYS, _FORMAT, _PROPS, _COMPANIONS)
 
 
 def planets() -> list[str]:
@@ -128,13 +132,14 @@ def _props(data: Mapping[str, Any], path: Path) -> list[tuple[str, Sequence[Any]
 def _path_of(source: str | os.PathLike[str]) -> Path:
     if isinstance(source, str):
         text = source.strip()
-        if text and not text.endswith(".toml") and not set(text) & {"/", os.sep}:
+        if text and not text.endswith((".toml", SUFFIX)) and not set(text) & {"/", os.sep}:
             return _preset_path(text)
     elif not isinstance(source, os.PathLike):
         raise UnknownNameError(f"load_scene: expected the name of a planet or a path, found {source!r}")
     if not os.fspath(source):
         raise UnknownNameError(f"load_scene: the name is empty; planets: {', '.join(planets())}")
-    return Path(source)
+    path = Path(source)
+    return opened(path) if path.suffix == SUFFIX else path
 
 
 def _preset_path(name: str) -> Path:
@@ -162,11 +167,40 @@ def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return found
 
 
+def _of_this_format(data: dict[str, Any], path: Path) -> dict[str, Any]:
+    """A file's content as this version says it. PresetError for a file of a newer one."""
+    found = data.pop(_FORMAT, 0)
+    if not isinstance(found, int) or isinstance(found, bool) or found < 0:
+        raise PresetError(f"{path}: {_FORMAT}: expected a whole number, found {found!r}")
+    if found > FORMAT:
+        raise PresetError(
+            f"{path}: {_FORMAT}: {found}, of a newer version; this one reads files up to {FORMAT}. Update planetfall"
+        )
+    for change in _CHANGES[found:]:
+        change(data)
+    return data
+
+
+def _kinds_of_clouds(data: dict[str, Any]) -> None:
+    """Format 0 called layers after what they are made of."""
+    for planet in (data, *data.get(_COMPANIONS, ())):
+        clouds = planet.get("clouds", planet.get("Clouds", {})) if isinstance(planet, Mapping) else {}
+        layers = clouds.get("layers", ()) if isinstance(clouds, Mapping) else ()
+        for layer in layers if isinstance(layers, list) else ():
+            if isinstance(layer, dict) and layer.get("kind") in _FORMAT_0_KINDS:
+                layer["kind"] = _FORMAT_0_KINDS[layer["kind"]]
+
+
+_FORMAT_0_KINDS = {"water": "cumulus", "ice": "cirrus"}
+_CHANGES = (_kinds_of_clouds,)
+"""What turns a file's content from format n into n + 1."""
+
+
 def _merged(path: Path, inside: tuple[Path, ...]) -> dict[str, Any]:
     """The file's tables laid over those of its base, which may have a base itself."""
     if path in inside:
         raise PresetError(f"{path}: base: goes round in a circle: {' -> '.join(p.name for p in (*inside, path))}")
-    data = read_toml(path)
+    data = _of_this_format(read_toml(path), path)
     for key in _KEYS:
         if not isinstance(data.get(key, ""), str):
             raise PresetError(f"{path}: {key}: expected a text, found {data[key]!r}. Put it in quotes")

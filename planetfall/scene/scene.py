@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import logging
 import os
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,12 +25,13 @@ from ..engine.settings import did_you_mean, functions_of, plain_table, write_tom
 from ..engine.world import MissingError, World
 from ..errors import SceneError, UnknownNameError
 from .checks import cloud_problems, planet_problems
-from .file import Description, describe, planets
+from .file import FORMAT, Description, describe, planets
 from .ground import HeightFields
 from .handle import Handle
 from .kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS, refuse_elsewhere
 from .moving import set_places
 from .orbits import overlaps, places, reach_m
+from .shared import pack
 
 if TYPE_CHECKING:
     from ..engine.surface.field import HeightField
@@ -259,7 +262,7 @@ class Scene:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scene as TOML; `load_scene(path)` gives an equal one. Written beside, then renamed."""
         self.validate()
-        data: dict[str, Any] = {"name": self.name}
+        data: dict[str, Any] = {"format": FORMAT, "name": self.name}
         if self.about:
             data["about"] = self.about
         if self.preset is not None:
@@ -290,6 +293,15 @@ class Scene:
                 ", ".join(functions),
             )
         write_toml(path, data)
+
+    def share(self, path: str | os.PathLike[str]) -> Path:
+        """Write the scene and the maps that it names into one file, which opens elsewhere: `load_scene(path)`.
+
+        path: ends in .planetfall. Written beside, then renamed; returned. PresetError when that can't be.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            self.save(Path(folder) / "scene.toml")
+            return pack(Path(folder) / "scene.toml", Path(path))
 
     # -- life ---------------------------------------------------------------------------------------------------------
 
