@@ -13,7 +13,8 @@ uniform float u_bare;   // share of broadleaves' leaves that have fallen
 void main() {
     float height_m = v_form.w;
     TreeHit hit = tree_hit(v_form.y, v_from, v_ray, v_form.x, v_form.z, v_lobes, u_texel_m / height_m,
-        min(TUFT_M, SMALL_TUFT * v_form.x * height_m) / height_m, v_form.y == TREE_DEAD ? 1.0 : v_form.y < 0.5 ? u_bare : 0.0);
+        min(TUFT_M, SMALL_TUFT * v_form.x * height_m) / height_m,
+        v_form.y == TREE_DEAD ? 1.0 : v_form.y < 0.5 ? u_bare : 0.0);
     if (hit.t <= 0.0) discard;
     o_along = v_start_m - hit.t * height_m;
     // The nearest to the sun wins.

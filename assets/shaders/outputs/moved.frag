@@ -1,5 +1,5 @@
-// Where the surface that a pixel shows was a frame ago, from the camera as it is now, planet axes. Ground and water stand
-// still, props may say where they come from.
+// Where the surface that a pixel shows was a frame ago, from the camera as it is now, planet axes. Ground and water
+// stand still, props may say where they come from.
 #include "generated/frame.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"

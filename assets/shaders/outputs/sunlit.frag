@@ -1,5 +1,5 @@
-// Share of the sun's disc that a pixel's surface sees, for programs: 0 where it faces away, or where ground, clouds, trees
-// or props are in the way.
+// Share of the sun's disc that a pixel's surface sees, for programs: 0 where it faces away, or where ground, clouds,
+// trees or props are in the way.
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"

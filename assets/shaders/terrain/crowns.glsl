@@ -1,6 +1,7 @@
 // Crowns of a forest beyond the trees that stand as solids: one in each cell of a lattice, wherever in it. The pixel's
 // ray is followed from where it comes in under the tallest tree through COVER_CROWNS slabs of cells, then from what it
-// has met through a few towards the sun; what it has not met by then is the mean of many. They grow where solids shrink.
+// has met through a few towards the sun; what it has not met by then is the mean of many. They grow where solids
+// shrink.
 #include "common/nested_noise.glsl"
 #include "terrain/lattice_axes.glsl"
 
