@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..engine.processor import processor_name
 from .schema import Machine
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def describe_machine(caps: Capabilities | None) -> Machine:
     """The machine, and the GPU of a context's capabilities; without one the GL fields are empty."""
     return Machine(
         system=f"{platform.system()} {platform.machine()}",
-        cpu=_cpu_name(),
+        cpu=processor_name(),
         cpus=cpu_count(),
         memory_bytes=_memory_bytes(),
         python=f"{platform.python_implementation()} {platform.python_version()}",
@@ -93,16 +94,6 @@ def resident_bytes(peak: bool = False) -> int:
 def _git(*arguments: str) -> str:
     done = subprocess.run(["git", "-C", str(_ROOT), *arguments], capture_output=True, text=True, timeout=20, check=True)
     return done.stdout.strip()
-
-
-def _cpu_name() -> str:
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()
 
 
 def _memory_bytes() -> int:

@@ -67,6 +67,7 @@ if _TYPE_CHECKING:
     from .app.window import fly
     from .camera.flights import path, paths
     from .capture.captures import save_capture
+    from .capture.dataset import dataset
     from .capture.photos import photo
     from .capture.recording import record
     from .capture.sensor import Sensor
@@ -110,6 +111,7 @@ _LAZY = {
     "TrunkBodies": "query.trunk_bodies",
     "Water": "query.water",
     "clearing": "systems.cover.mask",
+    "dataset": "capture.dataset",
     "expected_errors": "expected",
     "fly": "app.window",
     "has_display": "engine.hosts.window",
@@ -182,6 +184,7 @@ __all__ = [
     "World",
     "__version__",
     "clearing",
+    "dataset",
     "direction",
     "expected_errors",
     "fly",

@@ -22,6 +22,7 @@ from rich.text import Text
 from .._version import __version__
 from ..errors import SettingError
 from ..expected import expected_errors
+from .dataset import dataset_command
 from .fly import fly_command
 from .gallery import gallery_command
 from .info import graph_command, planets_command, views_command
@@ -46,6 +47,7 @@ app.command(fly_command, name="fly")
 app.command(render_command, name="render")
 app.command(record_command, name="record")
 app.command(gallery_command, name="gallery")
+app.command(dataset_command, name="dataset")
 app.command(new_command, name="new")
 app.command(planets_command, name="planets")
 app.command(views_command, name="views")
