@@ -296,6 +296,7 @@ class OurClouds(CloudMethod):
             reads=(depth, RAYS, DISTANCE, *upsampled),
             after=("clouds.march",),
             after_optional=("clouds.shafts", "clouds.between"),
+            writes=() if copied else (SURFACE,),  # while the last frame's clouds go on being shown
             history=(_FULL, SURFACE),
             creates=(
                 TextureSpec(_FULL, "rgba32f", size, "history", filter="linear", help="clouds of every pixel of theirs"),
