@@ -90,12 +90,9 @@ def render_flight(options: argparse.Namespace) -> int:
             progress=lambda done, count: bar.update(task, completed=done, total=count),
         )
         bar.update(task, completed=options.count)
-    lines = [
-        ("frames", f"{made.frames[0].resolve()} ... {made.frames[-1].name}"),
-        ("contact sheet", made.sheet.resolve()),
-    ]
-    if made.video is not None:
-        lines.append(("video", made.video.resolve()))
+    lines = [("frames", f"{made.frames[0].resolve()} ... {made.frames[-1].name}")]
+    written = (("contact sheet", made.sheet), ("video", made.video))
+    lines += [(what, str(file.resolve())) for what, file in written if file is not None]
     for what, file in lines:
         console.print(f"{what:14}{file}", highlight=False, markup=False, soft_wrap=True)
     return 0

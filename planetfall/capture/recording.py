@@ -36,11 +36,11 @@ EVERY_RAY: Mapping[str, Any] = {"clouds.stride": 1}
 @dataclass(frozen=True)
 class Recording:
     """What `record` wrote. video is None when none was asked for, or when the extra for videos is missing, gif when
-    none was asked for."""
+    none was asked for; they and sheet are None while other frames are still to be made."""
 
     folder: Path
     frames: list[Path]
-    sheet: Path
+    sheet: Path | None
     video: Path | None
     gif: Path | None = None
 
@@ -58,6 +58,7 @@ def record(
     video: bool = True,
     gif: bool = False,
     force: bool = False,
+    frames: Sequence[int] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Recording:
     """Render a scripted flight as frame_0000.png ..., contact_sheet.png and flight.mp4 in `folder` (made when missing);
@@ -66,6 +67,9 @@ def record(
     Frames that are there already, of the same scene, flight and settings down to every key and knob, are kept: an
     interrupted recording goes on, and ends with the very frames that it would have had without. Frames of other ones
     are refused (CaptureError) unless `force`. progress(done, count) follows the frames.
+
+    frames: the numbers of those to make, for several machines that share a folder or put theirs together; whoever
+    finds all frames there makes the sheet and the film.
 
     A recording has time, and its camera is often so fast that no frame before shows the same clouds: they have a ray
     for each pixel in each frame, whatever the quality, unless `overrides` says otherwise (EVERY_RAY).
@@ -77,7 +81,8 @@ def record(
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
         "overrides": {**EVERY_RAY, **(overrides or {})}, "made_of": made_of(scene, path=flight.keys),
     }  # fmt: skip
-    frames = NumberedFrames(Path(folder), count, settings=settings, force=force)
+    kept = NumberedFrames(Path(folder), count, settings=settings, force=force)
+    wanted = range(count) if frames is None else frames
     if video:
         try:
             ffmpeg()
@@ -85,13 +90,15 @@ def record(
         except VideoError as error:
             log.warning("no video will be made: %s", error)
             video = False
-    missing = list(frames.missing())
+    missing = sorted(set(kept.missing()) & set(wanted))
     if missing:
-        _render(scene, flight, frames, missing, settings, progress)
-    sheet = write_png(frames.folder / "contact_sheet.png", _sheet(flight, frames), settings)
-    film = write_video(frames.folder / "flight.mp4", frames.paths, fps=fps) if video else None
-    moving = write_gif(frames.folder / "flight.gif", frames.paths, fps=min(fps, 50.0)) if gif else None
-    return Recording(frames.folder, frames.paths, sheet, film, moving)
+        _render(scene, flight, kept, missing, len(wanted), settings, progress)
+    if next(kept.missing(), None) is not None:
+        return Recording(kept.folder, [kept.path(n) for n in wanted], None, None)
+    sheet = write_png(kept.folder / "contact_sheet.png", _sheet(flight, kept), settings)
+    film = write_video(kept.folder / "flight.mp4", kept.paths, fps=fps) if video else None
+    moving = write_gif(kept.folder / "flight.gif", kept.paths, fps=min(fps, 50.0)) if gif else None
+    return Recording(kept.folder, kept.paths, sheet, film, moving)
 
 
 def _check_fps(fps: Any, gif: bool) -> None:
@@ -106,6 +113,7 @@ def _render(
     flight: ScenePath,
     frames: NumberedFrames,
     missing: list[int],
+    count: int,
     settings: Mapping[str, Any],
     progress: Callable[[int, int], None] | None,
 ) -> None:
@@ -114,7 +122,7 @@ def _render(
     times = flight.times_s(frames.count)
     step_s = times[1] - times[0] if len(times) > 1 else 1.0
     width, height = settings["size"]
-    kept = frames.count - len(missing)
+    kept = count - len(missing)
     with Renderer(scene, (width, height), settings["quality"], settings["overrides"]) as renderer:
         for index, wanted in frames_to_render(missing):
             camera, time_s = flight.camera_at(times[index]), times[index]
@@ -127,7 +135,7 @@ def _render(
             frames.write(index, color, {"time_s": time_s, "camera": camera_settings(camera), **settings})
             kept += 1
             if progress is not None:
-                progress(kept, frames.count)
+                progress(kept, count)
 
 
 def frames_to_render(missing: Sequence[int]) -> Iterator[tuple[int, bool | None]]:

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from ..camera.flights import path as scripted
 from ..camera.intrinsics import Intrinsics
 from ..capture.captures import check_arrays, check_suffix, outputs_for, save_capture
+from ..capture.dataset_plan import parse_range
 from ..capture.photos import PhotoPlan, photo_tiles
 from ..capture.recording import record
 from ..capture.shot import load_shot, shot_settings
@@ -149,6 +150,7 @@ def record_command(
     video: bool = True,
     gif: bool = False,
     paths: Path | None = None,
+    frames: str = ":",
     force: Force = False,
     output: Output = Path("flight"),
 ) -> None:
@@ -168,9 +170,12 @@ def record_command(
         Make an animated GIF too.
     paths
         A TOML file with flights of your own, written like assets/presets/paths.toml.
+    frames
+        A:B, those from A up to, not with, B alone; whoever finds all frames there makes the video.
     output
         The folder; made when missing.
     """
+    wanted = parse_range(frames, count)
     require_writable(output, make_folder=True)
     pixels, knobs = parse_size(size), parse_overrides(overrides)
     if video:
@@ -179,10 +184,10 @@ def record_command(
 
     scene = load_scene(planet)
     flight = scripted(path, scene, PATHS_FILE if paths is None else paths)
-    with counted("frames", count) as progress:
+    with counted("frames", len(wanted)) as progress:
         made = record(
             scene, flight, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
-            gif=gif, force=force, progress=progress,
+            gif=gif, force=force, frames=wanted, progress=progress,
         )  # fmt: skip
     console.print(f"{len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", soft_wrap=True)
     written(made.sheet, made.video, made.gif)

@@ -110,3 +110,20 @@ def test_gifs_show_what_they_were_given(tmp_path: Path) -> None:
             write_gif(*bad)
     with pytest.raises(CaptureError, match=r"0\.1 to 50"):
         write_gif(tmp_path / "c.gif", frames, fps=100.0)
+
+
+@pytest.mark.gpu
+def test_parts_of_a_recording_are_put_together(tmp_path: Path) -> None:
+    options = {"count": 4, "size": (64, 36), "quality": "low", "video": False}
+    with pf.load_scene("moon") as scene:
+        whole = pf.record(scene, "descent", tmp_path / "a", **options)
+        seen: list[tuple[int, int]] = []
+        second = pf.record(
+            scene, "descent", tmp_path / "b", frames=[2, 3], progress=lambda a, b: seen.append((a, b)), **options
+        )
+        assert seen == [(1, 2), (2, 2)] and second.sheet is None and len(second.frames) == 2
+        assert not (tmp_path / "b" / "contact_sheet.png").exists()
+        first = pf.record(scene, "descent", tmp_path / "b", frames=[0, 1], **options)
+    assert first.sheet is not None and first.sheet.is_file() and len(first.frames) == 4
+    for one, two in zip(whole.frames, first.frames, strict=True):
+        np.testing.assert_array_equal(np.asarray(Image.open(one)), np.asarray(Image.open(two)))
