@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import planetfall as pf
-from planetfall.engine.space import local_axes
 
 GRAVITY_M_S2, THRUST_M_S2, ASIDE_M_S2 = 1.62, 4.0, 1.0
 STEP_S, STEPS, SOFT_M_S, FARTHEST_M = 0.5, 240, 3.0, 5000.0
@@ -41,8 +40,8 @@ class Lander(gymnasium.Env[dict[str, Any], NDArray[np.float32]]):
         super().reset(seed=seed)
         up = self.np_random.normal(size=3)
         self._up = up / np.linalg.norm(up)
-        north, east = local_axes(self._up)
-        self._axes = np.stack([east, north, self._up])
+        east = np.cross((0.0, 0.0, 1.0), self._up) / np.hypot(self._up[0], self._up[1])
+        self._axes = np.stack([east, np.cross(self._up, east), self._up])
         self._position = self._up * (self._radius_of(self._up) + self.np_random.uniform(200.0, 400.0))
         self._velocity = self.np_random.uniform((-5.0, -5.0, -10.0), (5.0, 5.0, 0.0))
         latitude, longitude = (float(v) for v in pf.latitude_longitude(self._up))
