@@ -40,7 +40,7 @@ class Lander(gymnasium.Env[dict[str, Any], NDArray[np.float32]]):
         super().reset(seed=seed)
         up = self.np_random.normal(size=3)
         self._up = up / np.linalg.norm(up)
-        east = np.cross((0.0, 0.0, 1.0), self._up) / np.hypot(self._up[0], self._up[1])
+        east = np.array([-self._up[1], self._up[0], 0.0]) / np.hypot(self._up[0], self._up[1])
         self._axes = np.stack([east, np.cross(self._up, east), self._up])
         self._position = self._up * (self._radius_of(self._up) + self.np_random.uniform(200.0, 400.0))
         self._velocity = self.np_random.uniform((-5.0, -5.0, -10.0), (5.0, 5.0, 0.0))
