@@ -41,7 +41,7 @@ class Lander(gymnasium.Env[dict[str, Any], NDArray[np.float32]]):
         up = self.np_random.normal(size=3)
         self._up = up / np.linalg.norm(up)
         east = np.array([-self._up[1], self._up[0], 0.0]) / np.hypot(self._up[0], self._up[1])
-        self._axes = np.stack([east, np.cross(self._up, east), self._up])
+        self._axes = np.stack([east, np.cross(self._up, east), self._up]).astype(np.float64)
         self._position = self._up * (self._radius_of(self._up) + self.np_random.uniform(200.0, 400.0))
         self._velocity = self.np_random.uniform((-5.0, -5.0, -10.0), (5.0, 5.0, 0.0))
         latitude, longitude = (float(v) for v in pf.latitude_longitude(self._up))
