@@ -161,8 +161,8 @@ def _summarise(root: Path, plan: DatasetPlan) -> None:
 
 
 def _transforms(told: list[dict[str, Any]]) -> dict[str, Any]:
-    """For radiance fields: OpenGL's camera axes, in metres of a frame at the sphere below the first camera, whose x is
-    east, y north and z up."""
+    """For radiance fields: OpenGL's camera axes, in metres from the first camera, where x is east, y north and z
+    up."""
     first = np.array(told[0]["camera"]["position_m"])
     up = first / np.linalg.norm(first)
     north, east = local_axes(up)

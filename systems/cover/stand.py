@@ -206,7 +206,7 @@ def _groups(face: Ints, x: Floats, y: Floats, edge_m: float, woods: Floats) -> F
 def _species(chance: Floats, other: Floats, climate: Climate, above_sea_m: Floats, cover: Cover) -> Ints:
     """Which tree stands at a place. chance, other: of [0, 1)."""
     conifer = chance < ramp(0.62, 0.34, climate.warmth)
-    dry = chance < savanna(climate) * min(cover.savanna * 1e3, 1.0)
+    dry = (chance < savanna(climate)) & (cover.savanna > 0.0)
     coast = ramp(*_COAST_M, above_sea_m) * ramp(*_PALM_WARM, climate.warmth)
     found = np.where(conifer, Species.CONIFER, np.where(dry, Species.ACACIA, Species.BROADLEAF))
     found = np.where(np.modf(other * 31.0)[0] < cover.palms * coast, Species.PALM, found)

@@ -225,7 +225,7 @@ class CoverSystem(System):
             cover.grass,
             tall,
             flowers,
-            cover.savanna * min(cover.density, 1.0),
+            cover.savanna,
         )
 
     def settled(self, view: View) -> bool:

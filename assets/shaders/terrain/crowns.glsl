@@ -19,6 +19,7 @@ const vec2 CONIFER = vec2(0.69, 1.3);       // its width and height over a broad
 const float CROWN_FLAT = 0.85;              // of a tree's height, where the flattest rays come in
 const vec2 CROWN_HALF = vec2(0.36, 0.50);   // half a crown's height over the tree's: of broadleaves, of conifers
 const float WIDE_M = 160.0;                // the longest stretch of ground that is asked how it rises
+const vec2 EDGE_SHARES = vec2(0.1, 0.5);   // of that in the picture, between which it comes to count
 const float SUN_SLABS = 3.0;               // on a ray to the sun
 
 struct Crowns {
@@ -44,29 +45,45 @@ vec4 ground_beside(Spot s, vec3 place) {
     return vec4(position_from_depth(ndc, max(depth, 1e-9)) - s.point, ground && depth > 0.0 ? 1.0 : 0.0);
 }
 
+// How much of the way from s.point by `way` lies in the picture, 0..1.
+float in_picture(Spot s, vec3 way) {
+    vec4 here = clip_position(s.point), there = clip_position(s.point + way);
+    // From the left, right, lower and upper edge.
+    vec4 before = 0.99 * here.w + vec4(here.x, -here.x, here.y, -here.y);
+    vec4 after = 0.99 * there.w + vec4(there.x, -there.x, there.y, -there.y);
+    vec4 share = mix(vec4(1.0), before / max(before - after, vec4(1e-6)), lessThan(after, vec4(0.0)));
+    return clamp(min(min(share.x, share.y), min(share.z, share.w)), 0.0, 1.0);
+}
+
 // The plane that the ground has over the stretch in which a ray is followed, from other pixels: its normal, and w how
 // high above it the pixel's own place is. With the normal of each pixel rays that lie side by side would meet the same
-// crown elsewhere, and it would be seen smeared.
+// crown elsewhere, and it would be seen smeared. Towards the picture's edges the stretch becomes shorter and gives way
+// to that normal.
 vec4 wide_ground(Spot s, float tall_m) {
     vec3 ahead = normalize(s.view - dot(s.view, s.zenith) * s.zenith), aside = cross(s.zenith, ahead);
     vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05);
     float reach_m = clamp(tall_m / max(dot(s.coarse, s.view), 0.06), 2.0 * tall_m, WIDE_M), lift_m = 0.0;
     vec2 slope = vec2(dot(rises, ahead), dot(rises, aside));
-    vec3 to = ahead + clamp(slope.x, -0.5, 0.5) * s.zenith;
-    vec4 half_way = ground_beside(s, s.point + 0.5 * reach_m * to), nearer = ground_beside(s, s.point + reach_m * to);
+    vec3 to = reach_m * (ahead + clamp(slope.x, -0.5, 0.5) * s.zenith);
+    float share = in_picture(s, to), long_m = share * reach_m, known = ramp(EDGE_SHARES.x, EDGE_SHARES.y, share);
+    vec4 half_way = ground_beside(s, s.point + 0.5 * share * to), nearer = ground_beside(s, s.point + share * to);
     vec3 x = vec3(0.0, dot(half_way.xyz, ahead), dot(nearer.xyz, ahead));
     vec3 y = vec3(0.0, dot(half_way.xyz, s.zenith), dot(nearer.xyz, s.zenith));
-    if (nearer.w * half_way.w * x.y > 0.1 * reach_m && x.z > x.y + 0.1 * reach_m && x.z < 3.0 * reach_m) {
+    if (nearer.w * half_way.w * x.y > 0.1 * long_m && x.z > x.y + 0.1 * long_m && x.z < 3.0 * long_m) {
         // The line of least squares through three places.
         float mean_x = (x.y + x.z) / 3.0, mean_y = (y.y + y.z) / 3.0;
         vec3 dx = x - mean_x;
-        slope.x = dot(dx, y) / dot(dx, dx);
-        lift_m = slope.x * mean_x - mean_y;
+        float found = dot(dx, y) / dot(dx, dx);
+        lift_m = known * (found * mean_x - mean_y);
+        slope.x = mix(slope.x, found, known);
     }
-    nearer = ground_beside(s, s.point + reach_m * (aside + clamp(slope.y, -0.5, 0.5) * s.zenith));
+    to = reach_m * (aside + clamp(slope.y, -0.5, 0.5) * s.zenith);
+    share = in_picture(s, to);
+    nearer = ground_beside(s, s.point + share * to);
     vec2 moved = vec2(dot(nearer.xyz, ahead), dot(nearer.xyz, aside));
-    if (nearer.w * moved.y > 0.3 * reach_m && abs(moved.x) < 3.0 * reach_m)
-        slope.y = (dot(nearer.xyz, s.zenith) + lift_m - slope.x * moved.x) / moved.y;
+    if (nearer.w * moved.y > 0.3 * share * reach_m && abs(moved.x) < 3.0 * share * reach_m)
+        slope.y = mix(slope.y, (dot(nearer.xyz, s.zenith) + lift_m - slope.x * moved.x) / moved.y,
+            ramp(EDGE_SHARES.x, EDGE_SHARES.y, share));
     slope = clamp(slope, -2.0, 2.0);
     return vec4(normalize(s.zenith - slope.x * ahead - slope.y * aside), clamp(lift_m, -0.5 * tall_m, 0.5 * tall_m));
 }
