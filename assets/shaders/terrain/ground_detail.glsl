@@ -93,3 +93,29 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     sum.broad *= inversesqrt(1.0 - 2.0 * t * (1.0 - t)) / NESTED_RMS;
     return sum;
 }
+
+// Slopes between which colours go over from noise of the map, which a steep slope draws out, to noise of space.
+const vec2 CLIFF_SLOPE = vec2(0.25, 0.65);
+
+// place: from the anchor's foot, in space.
+float noise_of_space(vec3 place, int k) {
+    ivec3 cell;
+    vec3 fraction;
+    float frequency;
+    nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, place, clamp(k, 0, 29),
+        cell, fraction, frequency);
+    return gradient_noise_value(cell, fraction) / NESTED_RMS;
+}
+
+// slope: of all that shows, so that a mesh that is chosen anew changes no colour.
+void ground_cliffs(inout GroundDetail detail, vec3 place, float slope, float footprint) {
+    float share = clamp((slope - CLIFF_SLOPE.x) / (CLIFF_SLOPE.y - CLIFF_SLOPE.x), 0.0, 1.0);
+    if (share <= 0.0) return;
+    // Three octaves from 3 footprints on, the outer two taking turns as the footprint grows.
+    float octave = log2(max(3.0 * footprint / NESTED_BASE_M, 1.0)), t = fract(octave);
+    int low = int(octave);
+    float fine = (1.0 - t) * noise_of_space(place, low) + noise_of_space(place, low + 1)
+        + t * noise_of_space(place, low + 2);
+    fine *= inversesqrt(1.0 + t * t + (1.0 - t) * (1.0 - t));
+    detail.fine = mix(detail.fine, fine, share) * inversesqrt(share * share + (1.0 - share) * (1.0 - share));
+}

@@ -51,6 +51,7 @@ const float FLATTEST_SINE = 0.03;  // of the view above the ground: what a pixel
 const vec2 CODED_FROM_M = vec2(2.0, 20.0);
 const vec2 TREES_FROM_M = vec2(10.0, 25.0);     // heights of the camera above the ground between which trees appear
 const vec3 WETTED = vec3(0.52, 0.5, 0.47);      // albedo of wet ground, as shares of the dry one
+const float LEDGES = 0.6;                       // how much steeper hard layers of rock are than others
 const float NEIGHBOURS_LIT = 0.6;               // share of neighbouring ground that throws light at a slope
 
 // Reflected radiance per irradiance at normal incidence and albedo. Lambert's law, or for dust without air McEwen's
@@ -193,12 +194,14 @@ Shown ground_shown(Spot s, vec4 attributes) {
     TerrainSources craters = terrain_crater_detail(s.D, s.spacing_m, s.footprint_m);
     gradient += s.to_sphere * (craters.gradient + terrain_mapped_detail(s.D, s.spacing_m, s.footprint_m));
     moisture = max(moisture - TERRAIN_DUG_DRY * craters.dug, 0.0);
+    ground_cliffs(detail, s.D + s.height_m * s.zenith, length(gradient), s.footprint_m);
     Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m);
     Material material = terrain_material(ground);
 #ifdef TERRAIN_COLORED
     if (terrain_table.color.cells > 0)
         material.albedo = colored(material, ground, s.zenith);
 #endif
+    gradient *= 1.0 + LEDGES * material.rock * ground.layered;
     vec3 bumps = material.grain * detail.grain;
 #ifdef GROUND_CLUTTER
     // No wind without air.
