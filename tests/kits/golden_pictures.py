@@ -304,7 +304,7 @@ PAPER_VIEWS = ("space", "orbit", "high", "coast", "near", "valley", "beach", "se
 PAPER_PICTURES = (
     *(paper_picture(view, view, clouds=True) for view in PAPER_VIEWS),
     *(
-        paper_picture(f"{backend}_{view}", view, {"terrain.backend": backend})
+        paper_picture(f"{backend}_{view}", view, {"terrain.backend": backend}, size=KNOB_SIZE)
         for backend in ("quadtree", "icosphere")
         for view in ("near", "orbit")
     ),
