@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from itertools import groupby
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +20,13 @@ from ..engine.space import CameraState, local_axes
 from ..systems.capture import CaptureError, require_writable
 from ..systems.capture.files import written_beside
 from .captures import save_capture
+from .carried import packed, unpacked
 from .dataset_plan import DatasetPlan, Drawn, read_plan
+from .farm import Farm, kept_renderer, land
 
 if TYPE_CHECKING:
     from ..render.renderer import Renderer
+    from ..scene.scene import Scene
 
 __all__ = ["dataset"]
 
@@ -37,38 +43,71 @@ def dataset(
     folder: str | PathLike[str],
     *,
     frames: Sequence[int] | None = None,
+    scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Render the frames of a plan into a folder, those alone that are not there yet; returns the folder.
 
     plan: a TOML file, see docs/data-sets.md. frames: their numbers; all by default. A frame is the same, to the bit,
     in whatever order and on whichever worker of one kind (processor and driver, both in the manifest) it is made.
+    scheduler: the address of a Dask scheduler, such as tcp://10.0.0.5:8786, whose workers make the frames; the folder
+    is written here all the same. SettingError, before anything is made, when it can't be reached.
     Files: frames/000000.png and so on, frames.jsonl (a line a frame: pose, lens, exposure, what was drawn),
     transforms.json for radiance fields, manifest.json with checksums. CaptureError for a folder of another plan.
     """
     plan = plan if isinstance(plan, DatasetPlan) else read_plan(plan)
-    root = require_writable(Path(folder), make_folder=True)
-    _claim(root, plan)
-    (root / "frames").mkdir(exist_ok=True)
     wanted = range(plan.count) if frames is None else frames
-    missing = [n for n in wanted if not _is_whole(root, n)]
-    done = len(wanted) - len(missing)
-    drawn = {n: plan.frame(n) for n in missing}
-    from .. import load_scene
-    from ..render.renderer import Renderer
-
-    # A scene at a time: a frame hangs on none before it.
-    for name in sorted({frame.scene for frame in drawn.values()}):
-        scene = load_scene(str(plan.path.parent / name) if (plan.path.parent / name).is_file() else name)
-        with Renderer(scene, plan.size, plan.quality, dict(plan.overrides)) as renderer:
-            for number in (n for n in missing if drawn[n].scene == name):
-                _render(renderer, plan, root, number, drawn[number])
-                done += 1
-                if progress is not None:
-                    progress(done, len(wanted))
-        scene.release()
+    with nullcontext() if scheduler is None else Farm(scheduler) as farm:
+        root = require_writable(Path(folder), make_folder=True)
+        _claim(root, plan)
+        (root / "frames").mkdir(exist_ok=True)
+        missing = [n for n in wanted if not _is_whole(root, n)]
+        drawn = {n: plan.frame(n) for n in missing}
+        # A scene at a time: a frame hangs on none before it.
+        missing.sort(key=lambda n: drawn[n].scene)
+        make = _make_here(plan, root, drawn, missing) if farm is None else _make_there(plan, root, farm, missing)
+        for done, _ in enumerate(make, 1 + len(wanted) - len(missing)):
+            if progress is not None:
+                progress(done, len(wanted))
     _summarise(root, plan)
     return root
+
+
+def _make_here(plan: DatasetPlan, root: Path, drawn: Mapping[int, Drawn], missing: Sequence[int]) -> Iterator[None]:
+    for name, numbers in groupby(missing, key=lambda n: drawn[n].scene):
+        with plan.scene(name) as scene, _renderer(plan, scene) as renderer:
+            for number in numbers:
+                _render(renderer, plan, root, number, drawn[number])
+                yield
+
+
+def _make_there(plan: DatasetPlan, root: Path, farm: Farm, missing: Sequence[int]) -> Iterator[None]:
+    scenes: dict[str, bytes] = {}
+    for name in {plan.frame(n).scene for n in missing}:
+        with plan.scene(name) as scene:
+            scenes[name] = packed(scene)
+    for files in farm.results(_on_a_worker, (plan, scenes), missing):
+        land(root, files)
+        yield
+
+
+def _on_a_worker(common: tuple[DatasetPlan, Mapping[str, bytes]], number: int) -> dict[str, bytes]:
+    plan, scenes = common
+    drawn = plan.frame(number)
+    renderer = kept_renderer(
+        ("dataset", plan.content, drawn.scene), lambda: _renderer(plan, unpacked(scenes[drawn.scene]))
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        (root / "frames").mkdir()
+        names = _render(renderer, plan, root, number, drawn)
+        return {name: (root / name).read_bytes() for name in names}
+
+
+def _renderer(plan: DatasetPlan, scene: Scene) -> Renderer:
+    from ..render.renderer import Renderer
+
+    return Renderer(scene, plan.size, plan.quality, dict(plan.overrides))
 
 
 def _claim(root: Path, plan: DatasetPlan) -> None:
@@ -99,7 +138,8 @@ def _is_whole(root: Path, number: int) -> bool:
         return False
 
 
-def _render(renderer: Renderer, plan: DatasetPlan, root: Path, number: int, frame: Drawn) -> None:
+def _render(renderer: Renderer, plan: DatasetPlan, root: Path, number: int, frame: Drawn) -> list[str]:
+    """Makes the files of a frame; their names, that of its line last."""
     renderer.settle(frame.camera, frame.time_s, sun=frame.sun)
     arrays = renderer.render(frame.camera, frame.time_s, sun=frame.sun, outputs=plan.outputs)
     state = renderer.camera_state(frame.camera)
@@ -125,6 +165,7 @@ def _render(renderer: Renderer, plan: DatasetPlan, root: Path, number: int, fram
             "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest(), "outputs": sorted(some),
         }  # fmt: skip
     _write(base.with_suffix(".json"), json.dumps(told))
+    return [*told["files"], base.with_suffix(".json").relative_to(root).as_posix()]
 
 
 def _pose(state: CameraState) -> dict[str, Any]:

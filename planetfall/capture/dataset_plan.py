@@ -18,6 +18,7 @@ from ..camera.intrinsics import Intrinsics
 from ..components import Sun
 from ..engine.settings import PresetError, did_you_mean, read_toml
 from ..errors import SettingError
+from ..scene.scene import Scene, load_scene
 
 __all__ = ["DatasetPlan", "Drawn", "parse_range", "read_plan"]
 
@@ -101,6 +102,11 @@ class DatasetPlan:
                   latitude_deg=at["latitude_deg"], longitude_deg=at["longitude_deg"])  # fmt: skip
         scene = self.scenes[int(random("scene").integers(len(self.scenes)))]
         return Drawn(scene, camera, sun, drawn["time_s"], drawn)
+
+    def scene(self, name: str) -> Scene:
+        """One of `scenes`, which are files beside the plan or presets."""
+        beside = self.path.parent / name
+        return load_scene(beside if beside.is_file() else name)
 
 
 def read_plan(path: str | PathLike[str]) -> DatasetPlan:

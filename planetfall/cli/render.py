@@ -151,6 +151,7 @@ def record_command(
     gif: bool = False,
     paths: Path | None = None,
     frames: str = ":",
+    scheduler: str | None = None,
     force: Force = False,
     output: Output = Path("flight"),
 ) -> None:
@@ -172,6 +173,8 @@ def record_command(
         A TOML file with flights of your own, written like assets/presets/paths.toml.
     frames
         A:B, those from A up to, not with, B alone; whoever finds all frames there makes the video.
+    scheduler
+        Address of a Dask scheduler, such as tcp://10.0.0.5:8786, whose workers make the frames (extra 'farm').
     output
         The folder; made when missing.
     """
@@ -187,7 +190,8 @@ def record_command(
     with counted("frames", len(wanted)) as progress:
         made = record(
             scene, flight, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
-            gif=gif, force=force, frames=wanted, progress=progress,
+            gif=gif, force=force, frames=wanted, scheduler=scheduler,
+            progress=progress,
         )  # fmt: skip
     console.print(f"{len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", soft_wrap=True)
     written(made.sheet, made.video, made.gif)
