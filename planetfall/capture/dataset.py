@@ -6,8 +6,7 @@ import hashlib
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
-from itertools import groupby
+from contextlib import ExitStack, nullcontext
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,11 +20,11 @@ from ..systems.capture import CaptureError, require_writable
 from ..systems.capture.files import written_beside
 from .captures import save_capture
 from .carried import packed, unpacked
-from .dataset_plan import DatasetPlan, Drawn, read_plan
-from .farm import Farm, kept_renderer, land
+from .dataset_plan import DatasetPlan, read_plan
+from .dataset_stage import Stage
+from .farm import Farm, kept, land
 
 if TYPE_CHECKING:
-    from ..render.renderer import Renderer
     from ..scene.scene import Scene
 
 __all__ = ["dataset"]
@@ -57,15 +56,18 @@ def dataset(
     """
     plan = plan if isinstance(plan, DatasetPlan) else read_plan(plan)
     wanted = range(plan.count) if frames is None else frames
+    drawn = {n: plan.frame(n) for n in wanted}
+    for name in plan.scenes:
+        with plan.scene(name) as scene:
+            Stage(plan, scene).check(n for n in wanted if drawn[n].scene == name)
     with nullcontext() if scheduler is None else Farm(scheduler) as farm:
         root = require_writable(Path(folder), make_folder=True)
         _claim(root, plan)
         (root / "frames").mkdir(exist_ok=True)
         missing = [n for n in wanted if not _is_whole(root, n)]
-        drawn = {n: plan.frame(n) for n in missing}
         # A scene at a time: a frame hangs on none before it.
-        missing.sort(key=lambda n: drawn[n].scene)
-        make = _make_here(plan, root, drawn, missing) if farm is None else _make_there(plan, root, farm, missing)
+        parts = {name: [n for n in missing if drawn[n].scene == name] for name in plan.scenes}
+        make = _make_here(plan, root, parts) if farm is None else _make_there(plan, root, farm, parts)
         for done, _ in enumerate(make, 1 + len(wanted) - len(missing)):
             if progress is not None:
                 progress(done, len(wanted))
@@ -73,41 +75,35 @@ def dataset(
     return root
 
 
-def _make_here(plan: DatasetPlan, root: Path, drawn: Mapping[int, Drawn], missing: Sequence[int]) -> Iterator[None]:
-    for name, numbers in groupby(missing, key=lambda n: drawn[n].scene):
-        with plan.scene(name) as scene, _renderer(plan, scene) as renderer:
-            for number in numbers:
-                _render(renderer, plan, root, number, drawn[number])
-                yield
+def _make_here(plan: DatasetPlan, root: Path, parts: Mapping[str, Sequence[int]]) -> Iterator[None]:
+    for name, numbers in parts.items():
+        if numbers:
+            with ExitStack() as stack:
+                made = _Set(plan, plan.scene(name), stack)
+                for number in numbers:
+                    made.render(root, number)
+                    yield
 
 
-def _make_there(plan: DatasetPlan, root: Path, farm: Farm, missing: Sequence[int]) -> Iterator[None]:
+def _make_there(plan: DatasetPlan, root: Path, farm: Farm, parts: Mapping[str, Sequence[int]]) -> Iterator[None]:
     scenes: dict[str, bytes] = {}
-    for name in {plan.frame(n).scene for n in missing}:
-        with plan.scene(name) as scene:
-            scenes[name] = packed(scene)
-    for files in farm.results(_on_a_worker, (plan, scenes), missing):
+    for name, numbers in parts.items():
+        if numbers:
+            with plan.scene(name) as scene:
+                scenes[name] = packed(scene)
+    for files in farm.results(_on_a_worker, (plan, scenes), [n for numbers in parts.values() for n in numbers]):
         land(root, files)
         yield
 
 
 def _on_a_worker(common: tuple[DatasetPlan, Mapping[str, bytes]], number: int) -> dict[str, bytes]:
     plan, scenes = common
-    drawn = plan.frame(number)
-    renderer = kept_renderer(
-        ("dataset", plan.content, drawn.scene), lambda: _renderer(plan, unpacked(scenes[drawn.scene]))
-    )
+    name = plan.frame(number).scene
+    made = kept(("dataset", plan.content, name), lambda stack: _Set(plan, unpacked(scenes[name]), stack))
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         (root / "frames").mkdir()
-        names = _render(renderer, plan, root, number, drawn)
-        return {name: (root / name).read_bytes() for name in names}
-
-
-def _renderer(plan: DatasetPlan, scene: Scene) -> Renderer:
-    from ..render.renderer import Renderer
-
-    return Renderer(scene, plan.size, plan.quality, dict(plan.overrides))
+        return {file: (root / file).read_bytes() for file in made.render(root, number)}
 
 
 def _claim(root: Path, plan: DatasetPlan) -> None:
@@ -138,34 +134,47 @@ def _is_whole(root: Path, number: int) -> bool:
         return False
 
 
-def _render(renderer: Renderer, plan: DatasetPlan, root: Path, number: int, frame: Drawn) -> list[str]:
-    """Makes the files of a frame; their names, that of its line last."""
-    renderer.settle(frame.camera, frame.time_s, sun=frame.sun)
-    arrays = renderer.render(frame.camera, frame.time_s, sun=frame.sun, outputs=plan.outputs)
-    state = renderer.camera_state(frame.camera)
-    told: dict[str, Any] = {
-        "frame": number, "scene": frame.scene, "drawn": dict(frame.values), "camera": _pose(state),
-        "lens": _lens(plan, state), "exposure_ev100": renderer.exposure,
-        "wavelengths_nm": list(renderer.wavelengths_nm), "quality": plan.quality, "planetfall": __version__,
-        "machine": [processor_name(), renderer.gpu.caps.renderer, renderer.gpu.caps.version],
-    }  # fmt: skip
-    base, parts = _files(root, number), {}
-    if plan.format == "png":
-        if "color" in arrays:
-            parts[".png"] = {"color": arrays.pop("color")}
-        if arrays:
-            parts[".npz"] = arrays
-    else:
-        parts[f".{plan.format}"] = arrays
-    told["files"] = {}
-    for ending, some in parts.items():
-        path = save_capture(base.with_suffix(ending), some)
-        content = path.read_bytes()
-        told["files"][path.relative_to(root).as_posix()] = {
-            "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest(), "outputs": sorted(some),
+class _Set:
+    """A scene of a plan with its renderer; `stack` gets what is to be released."""
+
+    def __init__(self, plan: DatasetPlan, scene: Scene, stack: ExitStack) -> None:
+        from ..render.renderer import Renderer
+
+        self._plan = plan
+        self._stage = Stage(plan, stack.enter_context(scene))
+        self._renderer = stack.enter_context(Renderer(scene, plan.size, plan.quality, dict(plan.overrides)))
+
+    def render(self, root: Path, number: int) -> list[str]:
+        """Makes the files of a frame; their names, that of its line last."""
+        plan, renderer, drawn = self._plan, self._renderer, self._plan.frame(number)
+        frame = self._stage.frame(drawn)
+        renderer.settle(frame.camera, frame.time_s, sun=frame.sun)
+        arrays = renderer.render(frame.camera, frame.time_s, sun=frame.sun, outputs=plan.outputs)
+        state = renderer.camera_state(frame.camera)
+        told: dict[str, Any] = {
+            "frame": number, "scene": drawn.scene, "drawn": dict(drawn.values), "time_s": frame.time_s,
+            "camera": _pose(state),
+            "lens": _lens(plan, state), "exposure_ev100": renderer.exposure,
+            "wavelengths_nm": list(renderer.wavelengths_nm), "quality": plan.quality, "planetfall": __version__,
+            "machine": [processor_name(), renderer.gpu.caps.renderer, renderer.gpu.caps.version],
         }  # fmt: skip
-    _write(base.with_suffix(".json"), json.dumps(told))
-    return [*told["files"], base.with_suffix(".json").relative_to(root).as_posix()]
+        base, parts = _files(root, number), {}
+        if plan.format == "png":
+            if "color" in arrays:
+                parts[".png"] = {"color": arrays.pop("color")}
+            if arrays:
+                parts[".npz"] = arrays
+        else:
+            parts[f".{plan.format}"] = arrays
+        told["files"] = {}
+        for ending, some in parts.items():
+            path = save_capture(base.with_suffix(ending), some)
+            content = path.read_bytes()
+            told["files"][path.relative_to(root).as_posix()] = {
+                "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest(), "outputs": sorted(some),
+            }  # fmt: skip
+        _write(base.with_suffix(".json"), json.dumps(told))
+        return [*told["files"], base.with_suffix(".json").relative_to(root).as_posix()]
 
 
 def _pose(state: CameraState) -> dict[str, Any]:

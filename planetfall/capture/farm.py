@@ -12,22 +12,21 @@ import uuid
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
+from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 from .._version import __version__
 from ..errors import SettingError
 from ..systems.capture import CaptureError
 from ..systems.capture.files import written_beside
 
-if TYPE_CHECKING:
-    from ..render.renderer import Renderer
-
-__all__ = ["Farm", "kept_renderer", "land"]
+__all__ = ["Farm", "kept", "land"]
 
 log = logging.getLogger(__name__)
 
+T = TypeVar("T")
 Files = Mapping[str, bytes]
 """By their names in the folder; the one that says that the others are whole comes last."""
 Work = Callable[[Any, Any], Files]
@@ -114,22 +113,22 @@ def land(root: Path, files: Files) -> None:
 
 # in the workers
 _own_thread = ThreadPoolExecutor(1, "planetfall")  # a GL context belongs to one thread, and Dask promises none
-_kept: dict[object, Renderer] = {}
+_kept: dict[object, tuple[Any, ExitStack]] = {}
 
 
-def kept_renderer(key: object, make: Callable[[], Renderer]) -> Renderer:
-    """The renderer of this process if it was made for this key, else a new one in its place."""
+def kept(key: object, make: Callable[[ExitStack], T]) -> T:
+    """What this process has made for this key, such as a renderer; else a new one in place of that of another key.
+    make: gives it, and the stack what is to be released with it."""
     if key not in _kept:
         _forget()
-        _kept[key] = make()
-    return _kept[key]
+        stack = ExitStack()
+        _kept[key] = make(stack), stack
+    return _kept[key][0]
 
 
 def _forget() -> None:
     while _kept:
-        _, renderer = _kept.popitem()
-        renderer.release()
-        renderer.scene.release()
+        _kept.popitem()[1][1].close()
 
 
 def _same(value: object) -> object:

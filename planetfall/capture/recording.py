@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -19,7 +19,7 @@ from ..systems.capture import NumberedFrames, VideoError, contact_sheet, write_g
 from ..systems.capture.sheet import even_selection
 from ..systems.capture.video import check_video_size, ffmpeg
 from .carried import packed, unpacked
-from .farm import Farm, kept_renderer, land
+from .farm import Farm, kept, land
 from .shot import camera_settings, made_of
 
 if TYPE_CHECKING:
@@ -191,8 +191,11 @@ def _make_there(
 
 def _on_a_worker(common: tuple[bytes, Mapping[str, Any], Mapping[int, str]], part: _Steps) -> dict[str, bytes]:
     content, settings, names = common
-    renderer = kept_renderer(("record", settings["made_of"], *map(str, settings.values())),
-                             lambda: _renderer(unpacked(content), settings))  # fmt: skip
+
+    def make(stack: ExitStack) -> Renderer:
+        return stack.enter_context(_renderer(stack.enter_context(unpacked(content)), settings))
+
+    renderer = kept(("record", *map(str, settings.values())), make)
     with tempfile.TemporaryDirectory() as folder:
         made = [write_png(Path(folder) / names[step.index], color, _told(step, settings))
                 for step, color in _rendered(renderer, part)]  # fmt: skip
