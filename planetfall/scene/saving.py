@@ -56,10 +56,13 @@ def scene_tables(scene: Saved) -> dict[str, Any]:
 def prop_tables(scene: Saved) -> list[dict[str, Any]]:
     """Its objects, each with a name and tables of its components."""
     tables = {kind: table for table, kind in PROP_KINDS.items()}
-    return [
-        {"name": p.name, **{tables[type(c)]: plain_table(c) for c in p.components() if type(c) in tables}}
-        for p in scene.props
-    ]
+    found: list[dict[str, Any]] = []
+    for prop in scene.props:
+        own = {tables[type(c)]: plain_table(c) for c in prop.components() if type(c) in tables}
+        if own.get("transform", {}).get("planet"):
+            own["transform"]["planet"] = ""  # always its scene's own one, which may be called otherwise as a companion
+        found.append({"name": prop.name, **own})
+    return found
 
 
 def companion_table(companion: Accompanying) -> dict[str, Any]:
@@ -71,6 +74,8 @@ def companion_table(companion: Accompanying) -> dict[str, Any]:
         component = own.planet.get(kind)
         if component is not None:
             table[key] = plain_table(component)
+    if own.props:
+        table["props"] = prop_tables(own)
     return table
 
 

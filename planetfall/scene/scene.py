@@ -202,6 +202,8 @@ class Scene:
         for handle in self.planets.values():
             problems += planet_problems(handle.name, handle, sun, settings)
         problems += self.companions.problems()
+        if self.name in self.companions:  # it may have been renamed since
+            problems.append("a companion has the scene's own name, which no file can tell apart; rename the scene")
         exposure = self.environment.get(Exposure)
         if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
             problems.append(
@@ -252,7 +254,8 @@ class Scene:
 
                 if is_file(component.form):
                     load_mesh(component.form)
-            if isinstance(component, Transform) and self.planets[component.planet or self.name] is not self.planet:
+            elsewhere = isinstance(component, Transform) and component.planet
+            if elsewhere and self.planets[component.planet] is not self.planet:
                 raise SceneError(
                     f"Transform.planet: {component.planet!r} is a companion: its objects belong to its own scene; "
                     f"write scene.companions[{component.planet!r}].scene.add(...)"
@@ -408,7 +411,7 @@ class Companions(Mapping[str, Companion]):
                 f"{where}: that scene accompanies {self._scene.accompanies.name!r} itself, and companions have no "
                 "companions; add both to the same scene"
             )
-        if companion.name in self._scene.planets:
+        if companion.name in (*self._scene.planets, self._scene.name):
             there = ", ".join(self._scene.planets)
             raise SceneError(f"{where}: the scene has a planet of that name ({there}); give another: add(..., name=)")
         if companion.scene is self._scene or companion.scene.accompanies is not None:
