@@ -20,6 +20,10 @@
 // frames that light was gathered over, in alpha (composite/resolved.glsl): red 1, green 16 and more
 #define MODE_HISTORY 12
 #define MODE_SURFACE 11   // what a pixel shows: ground green, sea blue, props red
+#define MODE_SLOPE 13     // from a normal: 0 to 90 degrees as heat
+#define MODE_SHARE 14     // 0..1 as grey
+#define MODE_ALBEDO 15    // linear colours
+#define MODE_MATERIAL 16  // number of a material, in alpha: a colour each
 
 layout(std430, binding = 5) readonly buffer RangeIn { vec2 r_range; };
 layout(binding = 1) uniform sampler2D u_depth;
@@ -84,6 +88,17 @@ void main() {
     color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.hdr_per_radiance)) / span) : vec3(0.0);
 #elif MODE == MODE_PX
     color = heat((log2(max(value.r, 1e-4)) * 0.30103 + 2.0) / 3.0);
+#elif MODE == MODE_SLOPE
+    float depth = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
+    vec3 up = up_at(position_from_depth(v_ndc, max(depth, 1e-20)));
+    float slope = atan(length(cross(up, value.xyz)), dot(up, value.xyz));
+    color = depth > 0.0 ? heat(slope * 0.63661977) : vec3(0.3);
+#elif MODE == MODE_SHARE
+    color = vec3(value.r);
+#elif MODE == MODE_ALBEDO
+    color = srgb_encode(value.rgb);
+#elif MODE == MODE_MATERIAL
+    color = id_color(uint(value.a));
 #elif MODE == MODE_HISTORY
     float gathered = log2(float(int(value.a) & PLACE_FRAMES)) / 4.0;
     color = gathered < 0.5 ? mix(vec3(0.80, 0.12, 0.10), vec3(0.95, 0.80, 0.10), max(gathered, 0.0) * 2.0)
