@@ -43,7 +43,7 @@ vec3 heat(float t) {
 // A colour for a whole number: neighbours differ clearly, 0 is nearly black.
 vec3 id_color(uint id) {
     if (id == 0u) return vec3(0.04);
-    float hue = fract(float(id) * 0.61803398875);
+    float hue = float((id * 2654435769u) >> 8u) * (1.0 / 16777216.0);   // id over the golden ratio, of any size
     vec3 wheel = clamp(abs(fract(hue + vec3(0.0, 2.0 / 3.0, 1.0 / 3.0)) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
     return mix(vec3(1.0), wheel, 0.72) * ((id & 1u) != 0u ? 0.95 : 0.72);
 }
@@ -75,7 +75,7 @@ void main() {
 #elif MODE == MODE_DISTANCE
     color = value.r > 0.0 ? log_distance(length(position_from_depth(v_ndc, value.r))) : vec3(0.0);
 #elif MODE == MODE_IDS
-    color = id_color(uint(value.r));
+    color = id_color(number_at(v_uv));
 #elif MODE == MODE_SURFACE
     const vec3 SURFACES[4] = vec3[4](vec3(0.04), vec3(0.35, 0.62, 0.25), vec3(0.15, 0.40, 0.80),
         vec3(0.85, 0.25, 0.20));
