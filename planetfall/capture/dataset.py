@@ -7,6 +7,7 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,11 +21,12 @@ from ..systems.capture import CaptureError, require_writable
 from ..systems.capture.files import written_beside
 from .captures import save_capture
 from .carried import packed, unpacked
-from .dataset_plan import DatasetPlan, read_plan
-from .dataset_stage import Stage
+from .dataset_plan import DatasetPlan, Drawn, read_plan
+from .dataset_stage import Stage, Staged
 from .farm import Farm, kept, land
 
 if TYPE_CHECKING:
+    from ..render.renderer import Renderer
     from ..scene.scene import Scene
 
 __all__ = ["dataset"]
@@ -79,7 +81,7 @@ def _make_here(plan: DatasetPlan, root: Path, parts: Mapping[str, Sequence[int]]
     for name, numbers in parts.items():
         if numbers:
             with ExitStack() as stack:
-                made = _Set(plan, plan.scene(name), stack)
+                made = _Set(plan, partial(plan.scene, name), stack)
                 for number in numbers:
                     made.render(root, number)
                     yield
@@ -99,7 +101,7 @@ def _make_there(plan: DatasetPlan, root: Path, farm: Farm, parts: Mapping[str, S
 def _on_a_worker(common: tuple[DatasetPlan, Mapping[str, bytes]], number: int) -> dict[str, bytes]:
     plan, scenes = common
     name = plan.frame(number).scene
-    made = kept(("dataset", plan.content, name), lambda stack: _Set(plan, unpacked(scenes[name]), stack))
+    made = kept(("dataset", plan.content, name), lambda stack: _Set(plan, partial(unpacked, scenes[name]), stack))
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         (root / "frames").mkdir()
@@ -137,17 +139,30 @@ def _is_whole(root: Path, number: int) -> bool:
 class _Set:
     """A scene of a plan with its renderer; `stack` gets what is to be released."""
 
-    def __init__(self, plan: DatasetPlan, scene: Scene, stack: ExitStack) -> None:
+    def __init__(self, plan: DatasetPlan, scene: Callable[[], Scene], stack: ExitStack) -> None:
+        self._plan, self._scene = plan, scene
+        self._open = stack.enter_context(ExitStack())
+        self._made: tuple[Stage, Renderer] | None = None
+
+    def _staged(self, drawn: Drawn) -> tuple[Renderer, Staged]:
+        """The renderer, and what is to be rendered with it."""
         from ..render.renderer import Renderer
 
-        self._plan = plan
-        self._stage = Stage(plan, stack.enter_context(scene))
-        self._renderer = stack.enter_context(Renderer(scene, plan.size, plan.quality, dict(plan.overrides)))
+        plan = self._plan
+        if self._made is not None and not plan.varied:
+            return self._made[1], self._made[0].frame(drawn)
+        # A scene that changes keeps its rivers and air until others are made in the background: each frame a new one.
+        self._open.close()
+        stage = Stage(plan, self._open.enter_context(self._scene()))
+        frame = stage.frame(drawn)
+        renderer = self._open.enter_context(Renderer(stage.scene, plan.size, plan.quality, dict(plan.overrides)))
+        self._made = stage, renderer
+        return renderer, frame
 
     def render(self, root: Path, number: int) -> list[str]:
         """Makes the files of a frame; their names, that of its line last."""
-        plan, renderer, drawn = self._plan, self._renderer, self._plan.frame(number)
-        frame = self._stage.frame(drawn)
+        plan, drawn = self._plan, self._plan.frame(number)
+        renderer, frame = self._staged(drawn)
         renderer.settle(frame.camera, frame.time_s, sun=frame.sun)
         arrays = renderer.render(frame.camera, frame.time_s, sun=frame.sun, outputs=plan.outputs)
         state = renderer.camera_state(frame.camera)

@@ -19,9 +19,6 @@ from .dataset_plan import DatasetPlan, Drawn
 
 __all__ = ["Stage", "Staged"]
 
-_GROUND = ("planet", "terrain", "ocean")
-"""What a flight's heights follow."""
-
 
 @dataclass(frozen=True)
 class Staged:
@@ -50,7 +47,7 @@ class Stage:
             return self.scene.validate(self._settings)
         for number in numbers:
             drawn = self._plan.frame(number)
-            self._set(drawn)
+            self._assign(drawn)
             try:
                 self.scene.validate(self._settings)
             except SceneError as error:
@@ -58,12 +55,11 @@ class Stage:
 
     def frame(self, drawn: Drawn) -> Staged:
         """Gives the scene the frame's knobs."""
-        self._set(drawn)
+        self._assign(drawn)
         if drawn.camera is not None:
             return Staged(drawn.camera, drawn.sun, drawn.time_s)
         assert self._plan.flight is not None
-        # Its ground takes a second to look up: once, where no frame changes it.
-        if self._flight is None or any(key.partition(".")[0] in _GROUND for key in self._plan.varied):
+        if self._flight is None:  # its ground takes a second to look up
             self._flight = over_scene(self._plan.flight, self.scene)
         at_s = self._flight.times_s(self._plan.count)[drawn.number]
         camera, sun = self._flight.camera_at(at_s), drawn.sun or self._flight.sun
@@ -75,7 +71,7 @@ class Stage:
         return Staged(camera if lens is None else camera.with_intrinsics(lens), sun,
                       at_s if drawn.time_s is None else drawn.time_s)  # fmt: skip
 
-    def _set(self, drawn: Drawn) -> None:
+    def _assign(self, drawn: Drawn) -> None:
         for key, value in drawn.knobs.items():
             component, name = self._component(key), key.partition(".")[2]
             if getattr(component, name) != value:

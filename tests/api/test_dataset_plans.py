@@ -65,6 +65,19 @@ def test_frames_with_knobs_are_the_same_in_any_order(written, tmp_path):
 
 
 @pytest.mark.gpu
+def test_grounds_that_change_have_their_own_rivers_and_weather(written, tmp_path):
+    """In any order: the last ground's rivers are not those of the next, and no cloud stays behind."""
+    earth = SMALL.replace('"mars"', '"earth.toml"').replace("count = 4", "count = 3")
+    clouds = "[[clouds.layers]]\nbase_m = 1500.0\n"
+    (tmp_path / "earth.toml").write_text(f'base = "earth"\n[terrain]\ndrainage_cells = 6000\n{clouds}')
+    plan = written(f"{earth}[overrides]\nterrain.hills = {{ uniform = [0.0, 1.0] }}\n[camera]\naltitude_m = 200.0\n")
+    one = sums(pf.dataset(plan, tmp_path / "one"))[0]
+    for frames in ([2], [1, 0]):
+        pf.dataset(plan, tmp_path / "two", frames=frames)
+    assert sums(tmp_path / "two")[0] == one
+
+
+@pytest.mark.gpu
 def test_a_flight(written, tmp_path):
     with pf.load_scene("mars") as scene:
         flight = pf.path("low", scene)
