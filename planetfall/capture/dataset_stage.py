@@ -57,14 +57,14 @@ class Stage:
         """Gives the scene the frame's knobs."""
         self._assign(drawn)
         if drawn.camera is not None:
-            return Staged(drawn.camera, drawn.sun, drawn.time_s)
+            return Staged(drawn.camera, drawn.sun, drawn.time_s or 0.0)
         assert self._plan.flight is not None
         if self._flight is None:  # its ground takes a second to look up
             self._flight = over_scene(self._plan.flight, self.scene)
         at_s = self._flight.times_s(self._plan.count)[drawn.number]
         camera, sun = self._flight.camera_at(at_s), drawn.sun or self._flight.sun
         if drawn.sun is not None:
-            latitude, longitude = latitude_longitude(camera.position_m)
+            latitude, longitude = map(float, latitude_longitude(camera.position_m))
             sun = Sun(elevation_deg=drawn.sun.elevation_deg, azimuth_deg=drawn.sun.azimuth_deg,
                       latitude_deg=latitude, longitude_deg=longitude)  # fmt: skip
         lens = self._plan.intrinsics

@@ -92,7 +92,8 @@ class Farm:
     def _ahead(self) -> int:
         """How many jobs to have under way: four to a worker. Others may come at any time."""
         if time.monotonic() - self._asked_s >= _ASK_AGAIN_S:
-            self._threads, self._asked_s = sum(self._client.nthreads().values()), time.monotonic()
+            there: Any = self._client.nthreads()
+            self._threads, self._asked_s = sum(there.values()), time.monotonic()
             if not self._threads:
                 log.warning("the scheduler has no workers yet; start some: dask worker --nthreads 1 <its address>")
         return max(4 * self._threads, _LEAST_AHEAD)

@@ -175,7 +175,9 @@ def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
 def _prop_with_place(prop: Any, folder: Path) -> Any:
     """The object with its mesh file counted from this folder, if it is there."""
     shape = prop.get("shape") if isinstance(prop, Mapping) else None
-    form = shape.get("form") if isinstance(shape, Mapping) else None
+    if not isinstance(shape, Mapping):
+        return prop
+    form = shape.get("form")
     if not isinstance(form, str) or not (beside := folder.absolute() / Path(form).expanduser()).is_file():
         return prop
     return {**prop, "shape": {**shape, "form": os.path.normpath(beside)}}

@@ -254,11 +254,11 @@ class Scene:
 
                 if is_file(component.form):
                     load_mesh(component.form)
-            elsewhere = isinstance(component, Transform) and component.planet
-            if elsewhere and self.planets[component.planet] is not self.planet:
+            there = component.planet if isinstance(component, Transform) else ""
+            if there and self.planets[there] is not self.planet:
                 raise SceneError(
-                    f"Transform.planet: {component.planet!r} is a companion: its objects belong to its own scene; "
-                    f"write scene.companions[{component.planet!r}].scene.add(...)"
+                    f"Transform.planet: {there!r} is a companion: its objects belong to its own scene; "
+                    f"write scene.companions[{there!r}].scene.add(...)"
                 )
 
     # -- files --------------------------------------------------------------------------------------------------------
