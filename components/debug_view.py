@@ -15,8 +15,9 @@ class DebugView:
 
     view: str = knob(
         "off",
-        help="off, normals, depth, distance, surface, lod, hdr, wireframe, error_px, snap_overlay, holes, tiles, "
-        "history, cloud_tiles, cloud_steps, cloud_history, or any resource of the graph by its name",
+        help="off, normals, depth, distance, surface, slope, sunlit, albedo, material, instance, lod, hdr, wireframe, "
+        "error_px, snap_overlay, holes, tiles, history, cloud_tiles, cloud_steps, cloud_history, or any resource of "
+        "the graph by its name",
     )
     freeze: bool = knob(
         False,

@@ -113,6 +113,8 @@ class FlightApp:
         self._held_camera: tuple[_PoseKey, Camera] | None = None
         self._start = camera or first_camera(scene)
         start = self._start.in_scene(scene)
+        if start.optics.intrinsics is not None:
+            log.warning("a window has a lens of its own, from fov_y_deg: the camera's intrinsics are left out")
         self._start_sun = sun or start.sun
         self.sea = SeaSurface(scene)
         self.trunks = FlightTrunks()

@@ -8,14 +8,14 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from ..components import Ocean, Sun
-from ..systems.flight import PATHS_FILE, BoundPath, find_path, load_paths
+from ..systems.flight import PATHS_FILE, BoundPath, Path, find_path, load_paths
 from .arguments import check_scene
 from .camera import Camera
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-__all__ = ["ScenePath", "path", "paths"]
+__all__ = ["ScenePath", "over_scene", "path", "paths"]
 
 log = logging.getLogger(__name__)
 
@@ -31,17 +31,21 @@ def path(name: str, scene: Scene, file: str | PathLike[str] = PATHS_FILE) -> Sce
     One that was made for another planet is played all the same, with a warning in the log.
     """
     check_scene(scene, "path")
+    return over_scene(find_path(name, str(file)), scene)
+
+
+def over_scene(flight: Path, scene: Scene) -> ScenePath:
+    """A flight that was read over the ground of a scene's planet, as it is now."""
     planet = scene.planet
     ocean = planet.get(Ocean)
-    found = find_path(name, str(file))
-    if found.planet and found.planet not in (scene.preset, scene.name, planet.name):
+    if flight.planet and flight.planet not in (scene.preset, scene.name, planet.name):
         log.warning(
             "the flight %r was made for %s: over %s its heights (in m) and places show something else; flights of your "
             "own go into a TOML file (pf.path(name, scene, file), planetfall record --paths)",
-            name, found.planet, scene.name,
+            flight.name, flight.planet, scene.name,
         )  # fmt: skip
-    bound = found.over(planet.radius_m, scene.height_field(), None if ocean is None else ocean.sea_level_m)
-    return ScenePath(name, bound)
+    bound = flight.over(planet.radius_m, scene.height_field(), None if ocean is None else ocean.sea_level_m)
+    return ScenePath(flight.name, bound)
 
 
 class ScenePath:

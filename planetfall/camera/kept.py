@@ -89,6 +89,12 @@ class Places:
         """Add a place, or change the one of that name. PresetError when it can't be written: then nothing changes."""
         if not place.name.strip():
             raise PresetError("a place needs a name")
+        optics = place.camera.optics
+        if optics.intrinsics is not None or optics.frustum_deg is not None or optics.ev100 is not None:
+            raise PresetError(
+                f"place {place.name!r}: a place keeps where a camera is and its fov_y_deg; intrinsics, frustum_deg and "
+                "ev100 are kept by pictures (planetfall render --like)"
+            )
         kept = [place if old.name == place.name else old for old in self._places]
         if place.name not in self.names():
             kept.append(place)

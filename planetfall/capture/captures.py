@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..engine.settings import did_you_mean
 from ..engine.srgb import SRGB_STEPS
 from ..errors import OutputError
+from ..render.outputs import OUTPUTS
 from ..systems.capture import read_arrays, read_exr_settings, read_png_settings, write_arrays, write_exr, write_png
 
 __all__ = [
@@ -26,6 +28,7 @@ SUFFIXES = (".png", ".exr", ".npz")
 LARGEST_ARRAYS_PX = 2**26
 """Of a file of arrays: all of it is in memory at once, 44 bytes a pixel and as much again while it is written."""
 
+_NO_INSTANCE = "an EXR's channels are floats, which cannot hold the numbers of 'instance': write a .npz"
 _AXES = ("X", "Y", "Z")
 
 
@@ -37,9 +40,22 @@ def check_suffix(path: str | PathLike[str], what: str = "output") -> Path:
     return path
 
 
-def outputs_for(path: Path) -> tuple[str, ...]:
-    """What has to be rendered for such a file: the picture, or all arrays."""
-    return ("color",) if path.suffix.lower() == ".png" else ARRAYS
+def outputs_for(path: Path, names: Sequence[str] = ()) -> tuple[str, ...]:
+    """What has to be rendered for such a file: the picture, or arrays, those of ARRAYS unless `names` says which.
+    OutputError for a name that the file can't hold, or that a single picture hasn't."""
+    picture = path.suffix.lower() == ".png"
+    for name in names:
+        if name not in OUTPUTS:
+            raise OutputError(f"outputs: no output {name!r}; {did_you_mean(name, OUTPUTS, 'outputs')}")
+        if name == "flow":
+            raise OutputError(
+                "outputs: flow leads to the frame before, and a single picture has none; see docs/labels.md"
+            )
+        if picture and name != "color":
+            raise OutputError(f"{path}: a PNG takes color alone, found {name!r} in outputs; write a .npz or .exr")
+    if path.suffix.lower() == ".exr" and "instance" in names:
+        raise OutputError(_NO_INSTANCE)
+    return tuple(dict.fromkeys(names)) or (("color",) if picture else ARRAYS)
 
 
 def check_arrays(path: Path, size: tuple[int, int]) -> None:
@@ -87,7 +103,7 @@ def exr_channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.flo
     float cannot hold.
     """
     if "instance" in arrays:
-        raise OutputError("an EXR's channels are floats, which cannot hold the numbers of 'instance': write a .npz")
+        raise OutputError(_NO_INSTANCE)
     channels: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():
         if name == "radiance":

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, nullcontext
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +20,14 @@ from ..engine.space import CameraState, local_axes
 from ..systems.capture import CaptureError, require_writable
 from ..systems.capture.files import written_beside
 from .captures import save_capture
+from .carried import packed, unpacked
 from .dataset_plan import DatasetPlan, Drawn, read_plan
+from .dataset_stage import Stage, Staged
+from .farm import Farm, kept, land
 
 if TYPE_CHECKING:
     from ..render.renderer import Renderer
+    from ..scene.scene import Scene
 
 __all__ = ["dataset"]
 
@@ -37,38 +44,68 @@ def dataset(
     folder: str | PathLike[str],
     *,
     frames: Sequence[int] | None = None,
+    scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Render the frames of a plan into a folder, those alone that are not there yet; returns the folder.
 
     plan: a TOML file, see docs/data-sets.md. frames: their numbers; all by default. A frame is the same, to the bit,
     in whatever order and on whichever worker of one kind (processor and driver, both in the manifest) it is made.
+    scheduler: the address of a Dask scheduler, such as tcp://10.0.0.5:8786, whose workers make the frames; the folder
+    is written here all the same. SettingError, before anything is made, when it can't be reached.
     Files: frames/000000.png and so on, frames.jsonl (a line a frame: pose, lens, exposure, what was drawn),
     transforms.json for radiance fields, manifest.json with checksums. CaptureError for a folder of another plan.
     """
     plan = plan if isinstance(plan, DatasetPlan) else read_plan(plan)
-    root = require_writable(Path(folder), make_folder=True)
-    _claim(root, plan)
-    (root / "frames").mkdir(exist_ok=True)
     wanted = range(plan.count) if frames is None else frames
-    missing = [n for n in wanted if not _is_whole(root, n)]
-    done = len(wanted) - len(missing)
-    drawn = {n: plan.frame(n) for n in missing}
-    from .. import load_scene
-    from ..render.renderer import Renderer
-
-    # A scene at a time: a frame hangs on none before it.
-    for name in sorted({frame.scene for frame in drawn.values()}):
-        scene = load_scene(str(plan.path.parent / name) if (plan.path.parent / name).is_file() else name)
-        with Renderer(scene, plan.size, plan.quality, dict(plan.overrides)) as renderer:
-            for number in (n for n in missing if drawn[n].scene == name):
-                _render(renderer, plan, root, number, drawn[number])
-                done += 1
-                if progress is not None:
-                    progress(done, len(wanted))
-        scene.release()
+    drawn = {n: plan.frame(n) for n in wanted}
+    for name in plan.scenes:
+        with plan.scene(name) as scene:
+            Stage(plan, scene).check(n for n in wanted if drawn[n].scene == name)
+    with nullcontext() if scheduler is None else Farm(scheduler) as farm:
+        root = require_writable(Path(folder), make_folder=True)
+        _claim(root, plan)
+        (root / "frames").mkdir(exist_ok=True)
+        missing = [n for n in wanted if not _is_whole(root, n)]
+        # A scene at a time: a frame hangs on none before it.
+        parts = {name: [n for n in missing if drawn[n].scene == name] for name in plan.scenes}
+        make = _make_here(plan, root, parts) if farm is None else _make_there(plan, root, farm, parts)
+        for done, _ in enumerate(make, 1 + len(wanted) - len(missing)):
+            if progress is not None:
+                progress(done, len(wanted))
     _summarise(root, plan)
     return root
+
+
+def _make_here(plan: DatasetPlan, root: Path, parts: Mapping[str, Sequence[int]]) -> Iterator[None]:
+    for name, numbers in parts.items():
+        if numbers:
+            with ExitStack() as stack:
+                made = _Set(plan, partial(plan.scene, name), stack)
+                for number in numbers:
+                    made.render(root, number)
+                    yield
+
+
+def _make_there(plan: DatasetPlan, root: Path, farm: Farm, parts: Mapping[str, Sequence[int]]) -> Iterator[None]:
+    scenes: dict[str, bytes] = {}
+    for name, numbers in parts.items():
+        if numbers:
+            with plan.scene(name) as scene:
+                scenes[name] = packed(scene)
+    for files in farm.results(_on_a_worker, (plan, scenes), [n for numbers in parts.values() for n in numbers]):
+        land(root, files)
+        yield
+
+
+def _on_a_worker(common: tuple[DatasetPlan, Mapping[str, bytes]], number: int) -> dict[str, bytes]:
+    plan, scenes = common
+    name = plan.frame(number).scene
+    made = kept(("dataset", plan.content, name), lambda stack: _Set(plan, partial(unpacked, scenes[name]), stack))
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        (root / "frames").mkdir()
+        return {file: (root / file).read_bytes() for file in made.render(root, number)}
 
 
 def _claim(root: Path, plan: DatasetPlan) -> None:
@@ -99,32 +136,60 @@ def _is_whole(root: Path, number: int) -> bool:
         return False
 
 
-def _render(renderer: Renderer, plan: DatasetPlan, root: Path, number: int, frame: Drawn) -> None:
-    renderer.settle(frame.camera, frame.time_s, sun=frame.sun)
-    arrays = renderer.render(frame.camera, frame.time_s, sun=frame.sun, outputs=plan.outputs)
-    state = renderer.camera_state(frame.camera)
-    told: dict[str, Any] = {
-        "frame": number, "scene": frame.scene, "drawn": dict(frame.values), "camera": _pose(state),
-        "lens": _lens(plan, state), "exposure_ev100": renderer.exposure,
-        "wavelengths_nm": list(renderer.wavelengths_nm), "quality": plan.quality, "planetfall": __version__,
-        "machine": [processor_name(), renderer.gpu.caps.renderer, renderer.gpu.caps.version],
-    }  # fmt: skip
-    base, parts = _files(root, number), {}
-    if plan.format == "png":
-        if "color" in arrays:
-            parts[".png"] = {"color": arrays.pop("color")}
-        if arrays:
-            parts[".npz"] = arrays
-    else:
-        parts[f".{plan.format}"] = arrays
-    told["files"] = {}
-    for ending, some in parts.items():
-        path = save_capture(base.with_suffix(ending), some)
-        content = path.read_bytes()
-        told["files"][path.relative_to(root).as_posix()] = {
-            "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest(), "outputs": sorted(some),
+class _Set:
+    """A scene of a plan with its renderer; `stack` gets what is to be released."""
+
+    def __init__(self, plan: DatasetPlan, scene: Callable[[], Scene], stack: ExitStack) -> None:
+        self._plan, self._scene = plan, scene
+        self._open = stack.enter_context(ExitStack())
+        self._made: tuple[Stage, Renderer] | None = None
+
+    def _staged(self, drawn: Drawn) -> tuple[Renderer, Staged]:
+        """The renderer, and what is to be rendered with it."""
+        from ..render.renderer import Renderer
+
+        plan = self._plan
+        if self._made is not None and not plan.varied:
+            return self._made[1], self._made[0].frame(drawn)
+        # A scene that changes keeps its rivers and air until others are made in the background: each frame a new one.
+        self._open.close()
+        stage = Stage(plan, self._open.enter_context(self._scene()))
+        frame = stage.frame(drawn)
+        renderer = self._open.enter_context(Renderer(stage.scene, plan.size, plan.quality, dict(plan.overrides)))
+        self._made = stage, renderer
+        return renderer, frame
+
+    def render(self, root: Path, number: int) -> list[str]:
+        """Makes the files of a frame; their names, that of its line last."""
+        plan, drawn = self._plan, self._plan.frame(number)
+        renderer, frame = self._staged(drawn)
+        renderer.settle(frame.camera, frame.time_s, sun=frame.sun)
+        arrays = renderer.render(frame.camera, frame.time_s, sun=frame.sun, outputs=plan.outputs)
+        state = renderer.camera_state(frame.camera)
+        told: dict[str, Any] = {
+            "frame": number, "scene": drawn.scene, "drawn": dict(drawn.values), "time_s": frame.time_s,
+            "camera": _pose(state),
+            "lens": _lens(plan, state), "exposure_ev100": renderer.exposure,
+            "wavelengths_nm": list(renderer.wavelengths_nm), "quality": plan.quality, "planetfall": __version__,
+            "machine": [processor_name(), renderer.gpu.caps.renderer, renderer.gpu.caps.version],
         }  # fmt: skip
-    _write(base.with_suffix(".json"), json.dumps(told))
+        base, parts = _files(root, number), {}
+        if plan.format == "png":
+            if "color" in arrays:
+                parts[".png"] = {"color": arrays.pop("color")}
+            if arrays:
+                parts[".npz"] = arrays
+        else:
+            parts[f".{plan.format}"] = arrays
+        told["files"] = {}
+        for ending, some in parts.items():
+            path = save_capture(base.with_suffix(ending), some)
+            content = path.read_bytes()
+            told["files"][path.relative_to(root).as_posix()] = {
+                "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest(), "outputs": sorted(some),
+            }  # fmt: skip
+        _write(base.with_suffix(".json"), json.dumps(told))
+        return [*told["files"], base.with_suffix(".json").relative_to(root).as_posix()]
 
 
 def _pose(state: CameraState) -> dict[str, Any]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from os import PathLike
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,11 @@ from ..camera.intrinsics import Intrinsics
 from ..components import Sun
 from ..engine.settings import PresetError, did_you_mean, read_toml
 from ..errors import SettingError
+from ..render.outputs import OUTPUTS
+from ..scene.saving import scene_tables
+from ..scene.scene import Scene, load_scene
+from ..systems.flight import PATHS_FILE, Path, find_path
+from .dataset_knobs import check_distribution, drawn_knob, drawn_value, split_overrides
 
 __all__ = ["DatasetPlan", "Drawn", "parse_range", "read_plan"]
 
@@ -25,6 +30,7 @@ FORMATS = ("png", "npz", "exr")
 _KEYS: Mapping[str, type | tuple[type, ...]] = {
     "seed": int, "count": int, "size": list, "quality": str, "scene": (str, list), "outputs": list, "format": str,
     "overrides": dict, "camera": dict, "sun": dict, "time_s": (int, float, dict), "intrinsics": str,
+    "path": str, "paths": str,
 }  # fmt: skip
 _CAMERA = {"latitude_deg": {"area": [-70.0, 70.0]}, "longitude_deg": {"uniform": [-180.0, 180.0]}, "altitude_m": 500.0,
            "heading_deg": {"uniform": [0.0, 360.0]}, "pitch_deg": -20.0, "fov_y_deg": 60.0}  # fmt: skip
@@ -32,41 +38,26 @@ _SUN = {"elevation_deg": 40.0, "azimuth_deg": {"uniform": [0.0, 360.0]}}
 _OUTPUTS = ("color", "depth", "normal", "material")
 
 
-def _log_uniform(random: np.random.Generator, a: float, b: float) -> float:
-    return float(np.exp(random.uniform(np.log(a), np.log(b))))
-
-
-def _by_area(random: np.random.Generator, a: float, b: float) -> float:
-    """Latitudes of places that are spread evenly over the sphere."""
-    low, high = np.sin(np.radians([a, b]))
-    return float(np.degrees(np.arcsin(random.uniform(low, high))))
-
-
-_DRAW: Mapping[str, Callable[[np.random.Generator, float, float], float]] = {
-    "uniform": lambda random, a, b: float(random.uniform(a, b)),
-    "log": _log_uniform,
-    "normal": lambda random, a, b: float(random.normal(a, b)),
-    "area": _by_area,
-}
-
-
 @dataclass(frozen=True)
 class Drawn:
-    """One frame."""
+    """One frame. With a flight, what it brings is None: its camera, and its sun and time unless the plan has others."""
 
+    number: int
     scene: str
-    camera: Camera
-    sun: Sun
-    time_s: float
-    values: Mapping[str, float]
+    camera: Camera | None
+    sun: Sun | None
+    time_s: float | None
+    values: Mapping[str, Any]
     """What was drawn, by key"""
+    knobs: Mapping[str, Any]
+    """Those of `values` that are knobs of components"""
 
 
 @dataclass(frozen=True)
 class DatasetPlan:
     """A plan that was read and checked. `frame(n)` is the same whichever others were asked for before."""
 
-    path: Path
+    path: FilePath
     seed: int
     count: int
     size: tuple[int, int]
@@ -75,8 +66,11 @@ class DatasetPlan:
     outputs: tuple[str, ...]
     format: str
     overrides: Mapping[str, Any]
+    varied: Mapping[str, Any]
+    """Distributions of knobs of components, by key"""
+    flight: Path | None
     values: Mapping[str, Any]
-    """Numbers and distributions, by key"""
+    """Numbers and distributions of all else, by key"""
     intrinsics: Intrinsics | None
     content: str
     """Checksum of all that decides what is drawn"""
@@ -88,39 +82,41 @@ class DatasetPlan:
             # One of its own for each key: another key in the plan leaves the others' numbers as they are.
             return np.random.default_rng([self.seed, number, zlib.crc32(key.encode())])
 
-        drawn = {key: _value(value, random(key)) for key, value in self.values.items()}
-        at = {key.partition(".")[2]: v for key, v in drawn.items() if key.startswith("camera.")}
-        if not -90.0 <= at["latitude_deg"] <= 90.0 or not -90.0 <= at["pitch_deg"] <= 90.0:
-            at |= {key: float(np.clip(at[key], -90.0, 90.0)) for key in ("latitude_deg", "pitch_deg")}
-        camera = Camera.at(
-            at["latitude_deg"], at["longitude_deg"], at["altitude_m"], at["heading_deg"], at["pitch_deg"],
-            at["fov_y_deg"], "ground", intrinsics=self.intrinsics,
-        )  # fmt: skip
-        sun = Sun(elevation_deg=float(np.clip(drawn["sun.elevation_deg"], -90.0, 90.0)),
-                  azimuth_deg=drawn["sun.azimuth_deg"] % 360.0,
-                  latitude_deg=at["latitude_deg"], longitude_deg=at["longitude_deg"])  # fmt: skip
+        drawn = {key: drawn_value(value, random(key)) for key, value in self.values.items()}
+        knobs = {key: drawn_knob(key, value, random(key)) for key, value in self.varied.items()}
         scene = self.scenes[int(random("scene").integers(len(self.scenes)))]
-        return Drawn(scene, camera, sun, drawn["time_s"], drawn)
+        camera, latitude, longitude = None, 0.0, 0.0
+        if self.flight is None:
+            at = {key.partition(".")[2]: v for key, v in drawn.items() if key.startswith("camera.")}
+            at |= {key: float(np.clip(at[key], -90.0, 90.0)) for key in ("latitude_deg", "pitch_deg")}
+            latitude, longitude = at["latitude_deg"], at["longitude_deg"]
+            camera = Camera.at(
+                latitude, longitude, at["altitude_m"], at["heading_deg"], at["pitch_deg"], at["fov_y_deg"], "ground",
+                intrinsics=self.intrinsics,
+            )  # fmt: skip
+        sun = None
+        if "sun.elevation_deg" in drawn:
+            sun = Sun(elevation_deg=float(np.clip(drawn["sun.elevation_deg"], -90.0, 90.0)),
+                      azimuth_deg=drawn["sun.azimuth_deg"] % 360.0,
+                      latitude_deg=latitude, longitude_deg=longitude)  # fmt: skip
+        return Drawn(number, scene, camera, sun, drawn.get("time_s"), {**drawn, **knobs}, knobs)
+
+    def scene(self, name: str) -> Scene:
+        """One of `scenes`, which are files beside the plan or presets."""
+        beside = self.path.parent / name
+        return load_scene(beside if beside.is_file() else name)
 
 
 def read_plan(path: str | PathLike[str]) -> DatasetPlan:
     """Read and check a plan. PresetError, naming file, key, expected and found."""
-    path = Path(path)
+    path = FilePath(path)
     data = read_toml(path)
     for key, value in data.items():
         if key not in _KEYS:
             raise PresetError(f"{path}: {key}: no such key; {did_you_mean(key, _KEYS, 'keys')}")
         if not isinstance(value, _KEYS[key]) or isinstance(value, bool):
             raise PresetError(f"{path}: {key}: found {value!r}; see docs/data-sets.md for what it takes")
-    values: dict[str, Any] = {"time_s": data.get("time_s", 0.0)}
-    for table, known in (("camera", _CAMERA), ("sun", _SUN)):
-        own = data.get(table, {})
-        for key in own:
-            if key not in known:
-                raise PresetError(f"{path}: {table}.{key}: no such key; {did_you_mean(key, known, 'keys')}")
-        values |= {f"{table}.{key}": own.get(key, default) for key, default in known.items()}
-    for key, value in values.items():
-        _check(f"{path}: {key}", value)
+    flight, values = _flight(path, data), _values(path, data)
     scenes, size = data.get("scene", "earth"), data.get("size", [320, 180])
     scenes = [scenes] if isinstance(scenes, str) else scenes
     if not scenes or not all(isinstance(name, str) for name in scenes):
@@ -134,41 +130,69 @@ def read_plan(path: str | PathLike[str]) -> DatasetPlan:
         raise PresetError(f"{path}: seed: expected a whole number from 0 on, found {data['seed']}")
     if format not in FORMATS:
         raise PresetError(f"{path}: format: {format!r}; {did_you_mean(format, FORMATS, 'formats')}")
-    outputs = tuple(data.get("outputs", _OUTPUTS))
-    if not outputs or "flow" in outputs:
-        raise PresetError(f"{path}: outputs: frames stand for themselves; expected outputs other than flow")
+    outputs = _outputs(path, data.get("outputs", _OUTPUTS), format)
+    quality = data.get("quality", "medium")
+    fixed, varied = split_overrides(str(path), quality, data.get("overrides", {}))
     lens = data.get("intrinsics")
     intrinsics = None if lens is None else Intrinsics.load(path.parent / lens)
-    told = {**data, "values": values, "lens": None if intrinsics is None else repr(intrinsics)}
-    content = hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
-    return DatasetPlan(
-        path, data.get("seed", 0), count, (size[0], size[1]), data.get("quality", "medium"), tuple(scenes), outputs,
-        format, data.get("overrides", {}), values, intrinsics, content,
+    if intrinsics is not None:
+        if "size" in data and tuple(size) != intrinsics.size:
+            raise PresetError(f"{path}: size: the lens {lens} is for {list(intrinsics.size)} pixels, found {size!r}")
+        size = intrinsics.size
+    plan = DatasetPlan(
+        path, data.get("seed", 0), count, (size[0], size[1]), quality, tuple(scenes), outputs, format, fixed, varied,
+        flight, values, intrinsics, "",
     )  # fmt: skip
+    told = {**data, "values": values, "lens": None if intrinsics is None else repr(intrinsics), "flight": repr(flight)}
+    for name in scenes:
+        try:
+            with plan.scene(name) as scene:
+                told[f"scene {name}"] = scene_tables(scene)
+        except SettingError as error:
+            raise PresetError(f"{path}: scene: {error}") from error
+    content = hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
+    return replace(plan, content=content)
 
 
-def _value(value: Any, random: np.random.Generator) -> float:
-    if isinstance(value, Mapping):
-        ((kind, numbers),) = value.items()
-        return float(random.choice(numbers)) if kind == "choice" else _DRAW[kind](random, *numbers)
-    return float(value)
+def _flight(path: FilePath, data: Mapping[str, Any]) -> Path | None:
+    if "path" not in data:
+        if "paths" in data:
+            raise PresetError(f'{path}: paths: a file of flights; name the one to take as well: path = "..."')
+        return None
+    if "camera" in data:
+        raise PresetError(f"{path}: camera: a flight (path) brings its cameras; leave one of them out")
+    file = path.parent / data["paths"] if "paths" in data else PATHS_FILE
+    try:
+        return find_path(data["path"], file)
+    except PresetError as error:
+        raise PresetError(f"{path}: path: {error}") from error
 
 
-def _check(where: str, value: Any) -> None:
-    if isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
-        return
-    kinds = (*_DRAW, "choice")
-    if not isinstance(value, Mapping) or len(value) != 1 or next(iter(value)) not in kinds:
-        raise PresetError(f"{where}: expected a number, or one of {{ {' | '.join(kinds)} = [...] }}, found {value!r}")
-    ((kind, numbers),) = value.items()
-    fits = isinstance(numbers, list) and numbers and all(isinstance(n, int | float) and np.isfinite(n) for n in numbers)
-    if not fits or (kind != "choice" and len(numbers) != 2):
-        wanted = "numbers" if kind == "choice" else "two numbers"
-        raise PresetError(f"{where}: {kind}: expected {wanted}, found {numbers!r}")
-    if kind not in ("choice", "normal") and not numbers[0] <= numbers[1]:
-        raise PresetError(f"{where}: {kind}: expected the lower number first, found {numbers!r}")
-    if (kind == "log" and numbers[0] <= 0.0) or (kind == "normal" and numbers[1] < 0.0):
-        raise PresetError(f"{where}: {kind}: expected numbers above 0, found {numbers!r}")
+def _values(path: FilePath, data: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers and distributions of camera, sun and time; of a flight only those that the plan has."""
+    whole = "path" not in data
+    values: dict[str, Any] = {"time_s": data.get("time_s", 0.0)} if whole or "time_s" in data else {}
+    for table, known in (("camera", _CAMERA), ("sun", _SUN)):
+        own = data.get(table, {})
+        for key in own:
+            if key not in known:
+                raise PresetError(f"{path}: {table}.{key}: no such key; {did_you_mean(key, known, 'keys')}")
+        if whole or table in data:
+            values |= {f"{table}.{key}": own.get(key, default) for key, default in known.items()}
+    for key, value in values.items():
+        check_distribution(f"{path}: {key}", value)
+    return values
+
+
+def _outputs(path: FilePath, outputs: Any, format: str) -> tuple[str, ...]:
+    if not outputs or "flow" in outputs:
+        raise PresetError(f"{path}: outputs: frames stand for themselves; expected outputs other than flow")
+    for name in outputs:
+        if name not in OUTPUTS:
+            raise PresetError(f"{path}: outputs: {name!r}; {did_you_mean(str(name), OUTPUTS, 'outputs')}")
+    if format == "exr" and "instance" in outputs:
+        raise PresetError(f"{path}: outputs: instance: an EXR's floats can't hold its numbers; use format = \"npz\"")
+    return tuple(outputs)
 
 
 def parse_range(text: str, count: int) -> range:

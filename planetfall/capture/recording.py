@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -16,9 +18,14 @@ from ..errors import SettingError
 from ..systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
 from ..systems.capture.sheet import even_selection
 from ..systems.capture.video import check_video_size, ffmpeg
+from .carried import packed, unpacked
+from .farm import Farm, kept, land
 from .shot import camera_settings, made_of
 
 if TYPE_CHECKING:
+    from ..camera.camera import Camera
+    from ..components import Sun
+    from ..render.renderer import Renderer
     from ..scene.scene import Scene
 
 __all__ = ["Recording", "record"]
@@ -59,6 +66,7 @@ def record(
     gif: bool = False,
     force: bool = False,
     frames: Sequence[int] | None = None,
+    scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Recording:
     """Render a scripted flight as frame_0000.png ..., contact_sheet.png and flight.mp4 in `folder` (made when missing);
@@ -69,7 +77,9 @@ def record(
     are refused (CaptureError) unless `force`. progress(done, count) follows the frames.
 
     frames: the numbers of those to make, for several machines that share a folder or put theirs together; whoever
-    finds all frames there makes the sheet and the film.
+    finds all frames there makes the sheet and the film. scheduler: the address of a Dask scheduler, such as
+    tcp://10.0.0.5:8786, whose workers make them, PART at a time, and send them here; SettingError, before anything is
+    made, when it can't be reached.
 
     A recording has time, and its camera is often so fast that no frame before shows the same clouds: they have a ray
     for each pixel in each frame, whatever the quality, unless `overrides` says otherwise (EVERY_RAY).
@@ -81,7 +91,6 @@ def record(
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
         "overrides": {**EVERY_RAY, **(overrides or {})}, "made_of": made_of(scene, path=flight.keys),
     }  # fmt: skip
-    kept = NumberedFrames(Path(folder), count, settings=settings, force=force)
     wanted = range(count) if frames is None else frames
     if video:
         try:
@@ -90,9 +99,20 @@ def record(
         except VideoError as error:
             log.warning("no video will be made: %s", error)
             video = False
-    missing = sorted(set(kept.missing()) & set(wanted))
-    if missing:
-        _render(scene, flight, kept, missing, len(wanted), settings, progress)
+    with nullcontext() if scheduler is None else Farm(scheduler) as farm:
+        kept = NumberedFrames(Path(folder), count, settings=settings, force=force)
+        missing = sorted(set(kept.missing()) & set(wanted))
+        steps = _steps(flight, count, missing)
+        make = (
+            _make_here(scene, kept, settings, steps)
+            if farm is None
+            else _make_there(scene, kept, farm, settings, steps)
+        )
+        done = len(wanted) - len(missing)
+        for made in make:
+            done += made
+            if progress is not None:
+                progress(done, len(wanted))
     if next(kept.missing(), None) is not None:
         return Recording(kept.folder, [kept.path(n) for n in wanted], None, None)
     sheet = write_png(kept.folder / "contact_sheet.png", _sheet(flight, kept), settings)
@@ -108,34 +128,93 @@ def _check_fps(fps: Any, gif: bool) -> None:
         raise SettingError(f"record: fps: expected {least:g} to 1000 frames a second, found {fps!r}")
 
 
-def _render(
-    scene: Scene,
-    flight: ScenePath,
-    frames: NumberedFrames,
-    missing: list[int],
-    count: int,
-    settings: Mapping[str, Any],
-    progress: Callable[[int, int], None] | None,
-) -> None:
+@dataclass(frozen=True)
+class _Step:
+    """What is rendered next; keep as in frames_to_render."""
+
+    index: int
+    keep: bool | None
+    camera: Camera
+    time_s: float
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """What is rendered one after another, from a picture on that hangs on none before it."""
+
+    steps: Sequence[_Step]
+    sun: Sun | None
+    step_s: float
+
+
+def _steps(flight: ScenePath, count: int, missing: Sequence[int]) -> list[_Steps]:
+    """The parts to make."""
+    times = flight.times_s(count)
+    step_s = times[1] - times[0] if len(times) > 1 else 1.0
+    parts: list[list[_Step]] = []
+    for index, keep in frames_to_render(missing):
+        if keep is None:
+            parts.append([])
+        parts[-1].append(_Step(index, keep, flight.camera_at(times[index]), times[index]))
+    return [_Steps(part, flight.sun, step_s) for part in parts]
+
+
+def _renderer(scene: Scene, settings: Mapping[str, Any]) -> Renderer:
     from ..render.renderer import Renderer
 
-    times = flight.times_s(frames.count)
-    step_s = times[1] - times[0] if len(times) > 1 else 1.0
     width, height = settings["size"]
-    kept = count - len(missing)
-    with Renderer(scene, (width, height), settings["quality"], settings["overrides"]) as renderer:
-        for index, wanted in frames_to_render(missing):
-            camera, time_s = flight.camera_at(times[index]), times[index]
-            if wanted is None:
-                renderer.settle(camera, time_s, sun=flight.sun)
-                continue
-            color = renderer.render(camera, time_s, sun=flight.sun, dt_s=step_s)["color"]
-            if not wanted:
-                continue
-            frames.write(index, color, {"time_s": time_s, "camera": camera_settings(camera), **settings})
-            kept += 1
-            if progress is not None:
-                progress(kept, count)
+    return Renderer(scene, (width, height), settings["quality"], settings["overrides"])
+
+
+def _make_here(
+    scene: Scene, frames: NumberedFrames, settings: Mapping[str, Any], parts: Sequence[_Steps]
+) -> Iterator[int]:
+    """Makes the frames, and says 1 after each."""
+    if not parts:
+        return
+    with _renderer(scene, settings) as renderer:
+        for part in parts:
+            for step, color in _rendered(renderer, part):
+                frames.write(step.index, color, _told(step, settings))
+                yield 1
+
+
+def _make_there(
+    scene: Scene, frames: NumberedFrames, farm: Farm, settings: Mapping[str, Any], parts: Sequence[_Steps]
+) -> Iterator[int]:
+    """Has the frames made, and says how many have come."""
+    names = {step.index: frames.path(step.index).name for part in parts for step in part.steps}
+    for files in farm.results(_on_a_worker, (packed(scene), settings, names), parts):
+        land(frames.folder, files)
+        yield len(files)
+
+
+def _on_a_worker(common: tuple[bytes, Mapping[str, Any], Mapping[int, str]], part: _Steps) -> dict[str, bytes]:
+    content, settings, names = common
+
+    def make(stack: ExitStack) -> Renderer:
+        return stack.enter_context(_renderer(stack.enter_context(unpacked(content)), settings))
+
+    renderer = kept(("record", *map(str, settings.values())), make)
+    with tempfile.TemporaryDirectory() as folder:
+        made = [write_png(Path(folder) / names[step.index], color, _told(step, settings))
+                for step, color in _rendered(renderer, part)]  # fmt: skip
+        return {path.name: path.read_bytes() for path in made}
+
+
+def _rendered(renderer: Renderer, part: _Steps) -> Iterator[tuple[_Step, Any]]:
+    """The frames to keep, (H, W, 3) u8 each."""
+    for step in part.steps:
+        if step.keep is None:
+            renderer.settle(step.camera, step.time_s, sun=part.sun)
+            continue
+        color = renderer.render(step.camera, step.time_s, sun=part.sun, dt_s=part.step_s)["color"]
+        if step.keep:
+            yield step, color
+
+
+def _told(step: _Step, settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {"time_s": step.time_s, "camera": camera_settings(step.camera), **settings}
 
 
 def frames_to_render(missing: Sequence[int]) -> Iterator[tuple[int, bool | None]]:

@@ -20,7 +20,8 @@ from ..engine.wavelengths import wavelengths_of
 from ..quality import resolve_quality
 from ..scene.file import described_companions
 from ..scene.kinds import KINDS, PROP_KINDS
-from ..scene.scene import Scene, companion_table, scene_of
+from ..scene.saving import companion_table, prop_tables
+from ..scene.scene import Scene, scene_of
 from ..systems.capture import CaptureError
 from ..systems.capture.png import json_plain
 from .captures import read_settings
@@ -90,15 +91,11 @@ def scene_settings(scene: Scene) -> dict[str, Any]:
     """All of a scene as plain data: components, objects and companions."""
     tables = {kind: table for table, kind in KINDS.items()}
     parts = (*scene.planet.components(), *scene.environment.components())
-    prop_tables = {kind: table for table, kind in PROP_KINDS.items()}
     return {
         "scene": scene.name,
         "like": scene.preset,
         "components": {tables[type(part)]: plain_table(part) for part in parts if type(part) in tables},
-        "props": [
-            {"name": p.name, **{prop_tables[type(c)]: plain_table(c) for c in p.components() if type(c) in prop_tables}}
-            for p in scene.props
-        ],
+        "props": prop_tables(scene),
         "companions": [companion_table(companion) for companion in scene.companions.values()],
     }
 

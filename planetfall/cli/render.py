@@ -52,6 +52,7 @@ def render_command(
     intrinsics: Path | None = None,
     supersample: int | None = None,
     tile_px: int = 2048,
+    outputs: str | None = None,
     output: Output = Path("planetfall.png"),
 ) -> None:
     """Render one picture of any size, or all its arrays.
@@ -72,12 +73,15 @@ def render_command(
         Samples a side for every pixel, averaged: 2 takes four times as long.
     tile_px
         Larger pictures are rendered in tiles of at most so many samples a side.
+    outputs
+        Which arrays a .npz or .exr holds, such as color,depth,normal,material: any of docs/labels.md but flow. Left
+        out: color, radiance, distance, position, normal, surface.
     output
-        picture.png; or arrays.npz and arrays.exr with every output: color, radiance, distance, position, normal,
-        surface. All of them have the settings inside.
+        picture.png, arrays.npz or arrays.exr. All of them have the settings inside.
     """
     check_suffix(output, "--output")
     require_writable(output)
+    wanted = outputs_for(output, [name.strip() for name in (outputs or "").split(",") if name.strip()])
     if view is not None and camera.given():
         raise CameraError("--view and camera options exclude each other: a view brings its own camera")
     if like is not None and planet is not None:
@@ -116,7 +120,6 @@ def render_command(
     light = placed.sun if light is None else light
     whole = len(plan.tiles()) == 1 and plan.supersample == 1
     out: dict[str, Any] = {}
-    wanted = outputs_for(output)
     with Renderer(scene, pixels if whole else (64, 64), chosen, knobs) as renderer:
         if whole:
             seen = shot if plan.ev100 is None else shot.exposed(plan.ev100)
@@ -128,12 +131,17 @@ def render_command(
                 for done, count, arrays in photo_tiles(renderer, shot, plan, moment, light, wanted):
                     progress(done, count)
                     out = arrays
+        materials = {"materials": renderer.materials} if "material" in wanted else {}
         state = shot.resolve(scene, pixels[0] / pixels[1]).moved(renderer.camera_state(shot).position_m)
         settings = shot_settings(
             scene, state, moment, pixels, quality=chosen, overrides=knobs, sun=light, supersample=plan.supersample,
             ev100=exposure_of(renderer), over=companion_below(scene, shot), intrinsics=lens,
         )  # fmt: skip
-    settings |= {"planet": planet or scene.name, "view": None if camera.given() or like_shot else view or DEFAULT_VIEW}
+    settings |= {
+        **materials,
+        "planet": planet or scene.name,
+        "view": None if camera.given() or like_shot else view or DEFAULT_VIEW,
+    }
     save_capture(output, out, settings)
     written(output)
 
@@ -151,6 +159,7 @@ def record_command(
     gif: bool = False,
     paths: Path | None = None,
     frames: str = ":",
+    scheduler: str | None = None,
     force: Force = False,
     output: Output = Path("flight"),
 ) -> None:
@@ -172,6 +181,8 @@ def record_command(
         A TOML file with flights of your own, written like assets/presets/paths.toml.
     frames
         A:B, those from A up to, not with, B alone; whoever finds all frames there makes the video.
+    scheduler
+        Address of a Dask scheduler, such as tcp://10.0.0.5:8786, whose workers make the frames (extra 'farm').
     output
         The folder; made when missing.
     """
@@ -187,7 +198,8 @@ def record_command(
     with counted("frames", len(wanted)) as progress:
         made = record(
             scene, flight, output, count=count, size=pixels, quality=quality, overrides=knobs, fps=fps, video=video,
-            gif=gif, force=force, frames=wanted, progress=progress,
+            gif=gif, force=force, frames=wanted, scheduler=scheduler,
+            progress=progress,
         )  # fmt: skip
     console.print(f"{len(made.frames)} frames, {made.frames[0]} ... {made.frames[-1].name}", soft_wrap=True)
     written(made.sheet, made.video, made.gif)

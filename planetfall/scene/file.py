@@ -84,16 +84,18 @@ def _companion(entry: Mapping[str, Any], path: Path, where: str, inside: tuple[P
     for key in keys:
         if not isinstance(entry.get(key, ""), str):
             raise PresetError(f"{where}: {key}: expected a text, found {entry[key]!r}. Put it in quotes")
-    own = {key: value for key, value in entry.items() if key not in (*keys, "orbit")}
-    build_components(own, PLANET_KINDS, where, also=(*keys, "orbit"))
+    own = {key: value for key, value in entry.items() if key not in (*keys, "orbit", _PROPS)}
+    build_components(own, PLANET_KINDS, where, also=(*keys, "orbit", _PROPS))
     base, preset = entry.get("base"), entry.get("like")
     below: dict[str, Any] = {}
+    props = _props(_with_places(dict(entry), path.parent), where)
     if base is not None:
         at = _source_beside(base, path, where)
         described = _described(at, inside)
         if described.companions:
             raise PresetError(f"{where}: base: {base!r} has companions itself; name a single planet")
         below, preset = _merged(at, ()), preset or described.preset
+        props = props if _PROPS in entry else described.props
     elif not own:
         raise PresetError(f"{where}: base: missing; name a preset ({', '.join(planets())}) or a TOML file")
     elif "name" not in entry:
@@ -101,7 +103,7 @@ def _companion(entry: Mapping[str, Any], path: Path, where: str, inside: tuple[P
     laid = _laid_over(below, _with_places(own, path.parent))
     components = build_components({k: v for k, v in laid.items() if k in PLANET_KINDS}, PLANET_KINDS, where)
     orbit = build_components({"orbit": entry.get("orbit", {})}, {"orbit": Orbit}, where)["orbit"]
-    return Description(path, entry.get("name") or Path(str(base)).stem, "", preset, components), orbit
+    return Description(path, entry.get("name") or Path(str(base)).stem, "", preset, components, props), orbit
 
 
 def _source_beside(source: str, path: Path, where: str) -> Path:
@@ -115,7 +117,7 @@ def _source_beside(source: str, path: Path, where: str) -> Path:
         raise PresetError(f"{where}: base: {error}") from None
 
 
-def _props(data: Mapping[str, Any], path: Path) -> list[tuple[str, Sequence[Any]]]:
+def _props(data: Mapping[str, Any], path: Path | str) -> list[tuple[str, Sequence[Any]]]:
     entries = data.get(_PROPS, [])
     if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
         raise PresetError(f"{path}: {_PROPS}: expected tables, found {entries!r}. Write [[{_PROPS}]] for each object")
@@ -164,7 +166,21 @@ def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
         places = {k: os.path.normpath(folder.absolute() / Path(v).expanduser()) for k, v in value.items()
                   if v and k in rules and rules[k].knob.widget == "path"}  # fmt: skip
         found[key] = {**value, **places}
+    props = data.get(_PROPS)
+    if isinstance(props, list):
+        found[_PROPS] = [_prop_with_place(prop, folder) for prop in props]
     return found
+
+
+def _prop_with_place(prop: Any, folder: Path) -> Any:
+    """The object with its mesh file counted from this folder, if it is there."""
+    shape = prop.get("shape") if isinstance(prop, Mapping) else None
+    if not isinstance(shape, Mapping):
+        return prop
+    form = shape.get("form")
+    if not isinstance(form, str) or not (beside := folder.absolute() / Path(form).expanduser()).is_file():
+        return prop
+    return {**prop, "shape": {**shape, "form": os.path.normpath(beside)}}
 
 
 def _of_this_format(data: dict[str, Any], path: Path) -> dict[str, Any]:

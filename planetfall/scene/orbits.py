@@ -89,7 +89,9 @@ def _stand(orbit: Orbit, moment_s: float, stars: Matrix, spin_rad: float) -> tup
         pole = stars @ tilt[:, 2]
     if not orbit.locked:
         return centre, stars @ _about_z(spin_rad)
-    ahead = -centre / np.linalg.norm(centre)
+    # The square of a place 1e-200 m from the middle is 0; that it is inside the planet is said later.
+    whole = centre if centre @ centre > 0.0 else centre / np.abs(centre).max()
+    ahead = -whole / np.linalg.norm(whole)
     east = np.cross(pole, ahead)
     if float(np.linalg.norm(east)) < 1e-9:  # right above a pole: any meridian will do
         east = np.cross(np.array([1.0, 0.0, 0.0]), ahead)

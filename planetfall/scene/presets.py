@@ -14,7 +14,8 @@ from ..engine.settings import plain_table
 from ..errors import PresetError
 from .file import Description, describe, planets, scenes
 from .kinds import KINDS, PLANET_KINDS
-from .scene import Companion, Scene, companion_table
+from .saving import companion_table
+from .scene import Companion, Scene
 
 __all__ = [
     "brief_companion",

@@ -21,16 +21,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..components import Atmosphere, Clouds, Composite, Exposure, Ocean, Orbit, Planet, Shape, Sun, Terrain, Transform
-from ..engine.settings import did_you_mean, functions_of, plain_table, write_toml
+from ..engine.settings import did_you_mean, write_toml
 from ..engine.world import MissingError, World
 from ..errors import SceneError, UnknownNameError
 from .checks import cloud_problems, planet_problems
 from .file import FORMAT, Description, describe, planets
 from .ground import HeightFields
 from .handle import Handle
-from .kinds import KINDS, PLANET_KINDS, PROP_KINDS, SCENE_KINDS, refuse_elsewhere
+from .kinds import KINDS, PLANET_KINDS, SCENE_KINDS, refuse_elsewhere
 from .moving import set_places
 from .orbits import overlaps, places, reach_m
+from .saving import left_out, scene_tables
 from .shared import pack
 
 if TYPE_CHECKING:
@@ -201,6 +202,8 @@ class Scene:
         for handle in self.planets.values():
             problems += planet_problems(handle.name, handle, sun, settings)
         problems += self.companions.problems()
+        if self.name in self.companions:  # it may have been renamed since
+            problems.append("a companion has the scene's own name, which no file can tell apart; rename the scene")
         exposure = self.environment.get(Exposure)
         if exposure is not None and exposure.min_ev100 > exposure.max_ev100:
             problems.append(
@@ -251,10 +254,11 @@ class Scene:
 
                 if is_file(component.form):
                     load_mesh(component.form)
-            if isinstance(component, Transform) and self.planets[component.planet or self.name] is not self.planet:
+            there = component.planet if isinstance(component, Transform) else ""
+            if there and self.planets[there] is not self.planet:
                 raise SceneError(
-                    f"Transform.planet: {component.planet!r} is a companion: its objects belong to its own scene; "
-                    f"write scene.companions[{component.planet!r}].scene.add(...)"
+                    f"Transform.planet: {there!r} is a companion: its objects belong to its own scene; "
+                    f"write scene.companions[{there!r}].scene.add(...)"
                 )
 
     # -- files --------------------------------------------------------------------------------------------------------
@@ -267,25 +271,10 @@ class Scene:
             data["about"] = self.about
         if self.preset is not None:
             data["like"] = self.preset
-        for table, kind in KINDS.items():
-            component = (self.planet if table in PLANET_KINDS else self.environment).get(kind)
-            if component is not None:
-                data[table] = plain_table(component)
-        tables = {kind: table for table, kind in PROP_KINDS.items()}
-        if self._props:
-            data["props"] = [
-                {"name": p.name, **{tables[type(c)]: plain_table(c) for c in p.components() if type(c) in tables}}
-                for p in self.props
-            ]
-        if self.companions:
-            data["companions"] = [companion_table(companion) for companion in self.companions.values()]
-        handles = (self.planet, self.environment, *self.props)
-        known = {*KINDS.values(), *tables}
-        left_out = sorted({type(c).__name__ for h in handles for c in h.components()} - {k.__name__ for k in known})
-        if left_out:
-            log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(left_out))
-        bodies = [companion.scene.planet for companion in self.companions.values()]
-        functions = [name for handle in (*handles, *bodies) for c in handle.components() for name in functions_of(c)]
+        data |= scene_tables(self)
+        unknown, functions = left_out(self)
+        if unknown:
+            log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(unknown))
         if functions:
             log.warning(
                 "%s: not saved, as no file can hold a function: %s; assign it again after load_scene",
@@ -322,18 +311,6 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"<Scene {self.name!r}: {self.planet!r}, {self.environment!r}>"
-
-
-def companion_table(companion: Companion) -> dict[str, Any]:
-    """A companion as a table of a scene file: whole, without a preset that it would change."""
-    own = companion.scene
-    table: dict[str, Any] = {"name": companion.name, "like": own.preset} if own.preset else {"name": companion.name}
-    table["orbit"] = plain_table(companion.orbit)
-    for key, kind in PLANET_KINDS.items():
-        component = own.planet.get(kind)
-        if component is not None:
-            table[key] = plain_table(component)
-    return table
 
 
 @dataclass(frozen=True, eq=False)
@@ -434,7 +411,7 @@ class Companions(Mapping[str, Companion]):
                 f"{where}: that scene accompanies {self._scene.accompanies.name!r} itself, and companions have no "
                 "companions; add both to the same scene"
             )
-        if companion.name in self._scene.planets:
+        if companion.name in (*self._scene.planets, self._scene.name):
             there = ", ".join(self._scene.planets)
             raise SceneError(f"{where}: the scene has a planet of that name ({there}); give another: add(..., name=)")
         if companion.scene is self._scene or companion.scene.accompanies is not None:

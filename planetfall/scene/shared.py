@@ -114,9 +114,14 @@ def _belongs(name: str) -> bool:
 
 def _files_named(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """(table, knob) of each knob in a scene file's content that names a file."""
+    from ..systems.props import is_file
+
     for table in (data, *data.get("companions", ())):
         for key, value in table.items():
             kind = KINDS.get(key)
             if kind is not None and isinstance(value, dict):
                 rules = rules_of(kind)
                 yield from ((value, k) for k in value if value[k] and k in rules and rules[k].knob.widget == "path")
+        for prop in table.get("props", ()):
+            if is_file(prop.get("shape", {}).get("form", "sphere")):
+                yield prop["shape"], "form"

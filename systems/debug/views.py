@@ -22,6 +22,10 @@ MODES = (
     "px",
     "surface",
     "history",
+    "slope",
+    "share",
+    "albedo",
+    "material",
 )
 """In the order of MODE in debug/view.frag."""
 MEASURES = {"range": 0, "heat": 0, "hdr": 1, "depth": 2, "distance": 2}
@@ -48,6 +52,11 @@ NAMED_VIEWS: dict[str, View] = {
     "depth": View("gbuffer.depth", "depth", "distance along the view: near dark, far bright; a line at each doubling"),
     "distance": View("gbuffer.depth", "distance", "distance from the camera, as depth"),
     "surface": View("gbuffer.surface", "surface", "green ground, blue sea, red objects"),
+    "slope": View("outputs.normal", "slope", "slope: level black, over red at 45 degrees to white at a wall; sky grey"),
+    "sunlit": View("outputs.sunlit", "share", "share of the sun's disc that is seen: black none, white all of it"),
+    "albedo": View("outputs.albedo", "albedo", "share of light that is thrown back, without any light"),
+    "material": View("outputs.albedo", "material", "a colour for each material; docs/labels.md has their numbers"),
+    "instance": View("outputs.instance", "ids", "a colour for each object, tree and shrub"),
     "lod": View("gbuffer.attributes", "lod", "a colour for each doubling of the vertices' distance"),
     "hdr": View("scene.radiance", "hdr", "luminance in stops, over the range of the picture"),
     "wireframe": View("debug.wireframe", "color", "edges of all triangles, a colour for each level"),

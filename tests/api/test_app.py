@@ -216,6 +216,12 @@ def test_messages_fade(scene: Any) -> None:
     assert app.shown.message == ""
 
 
+def test_a_window_says_that_it_has_its_own_lens(scene: Any, caplog: pytest.LogCaptureFixture) -> None:
+    lens = pf.Intrinsics(64, 36, 50.0, 50.0, 31.5, 17.5)
+    app_of(scene, camera=pf.Camera((7e6, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), intrinsics=lens))
+    assert "a window has a lens of its own" in caplog.text
+
+
 def test_debug_views_by_key(scene: Any) -> None:
     app, window, _ = app_of(scene)
     seen = []

@@ -64,6 +64,40 @@ def test_the_command_line_writes_exr_and_takes_it_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.gpu
+def test_labels_on_the_command_line(tmp_path: Path) -> None:
+    npz, exr = tmp_path / "a.npz", tmp_path / "a.exr"
+    names = "depth, slope_deg,sunlit,albedo,material,instance"
+    assert main(["render", *VIEW, "--size", "300x40", "--outputs", names, "-o", str(npz)]) == 0
+    arrays, settings = read_arrays(npz)
+    assert {"depth", "slope_deg", "sunlit", "albedo", "material", "instance"} <= set(arrays)
+    assert "color" not in arrays and settings["materials"]["1"] == "water"
+    # In tiles, and as an EXR, and what a picture was made of.
+    tiled = ["--tile-px", "256", "--outputs", "depth,material"]
+    assert main(["render", "--like", str(npz), *tiled, "-o", str(exr)]) == 0
+    channels, _ = read(exr)
+    assert set(channels) == {"depth", "material"}
+    there = np.isfinite(arrays["depth"])
+    near = np.abs(channels["depth"][there] / arrays["depth"][there] - 1.0) < 0.01
+    assert near.mean() > 0.95 and channels["material"].shape == (40, 300)
+
+
+@pytest.mark.parametrize(
+    ("file", "names", "match"),
+    [
+        ("a.npz", "dpeth", "did you mean 'depth'"),
+        ("a.npz", "depth,flow", "a single picture has none"),
+        ("a.png", "depth", "a PNG takes color alone"),
+        ("a.exr", "instance", "write a .npz"),
+    ],
+)
+def test_outputs_that_cannot_be_are_told_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, names: str, match: str
+) -> None:
+    assert main(["render", "moon", "--outputs", names, "-o", str(tmp_path / file)]) == 2
+    assert match in capsys.readouterr().err.replace("\n", " ") and not (tmp_path / file).exists()
+
+
+@pytest.mark.gpu
 def test_arrays_of_tiles_and_of_several_samples() -> None:
     with pf.load_scene("moon") as scene, pf.Renderer(scene, (64, 64), "low") as renderer:
         camera = pf.view("near")

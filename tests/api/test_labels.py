@@ -306,6 +306,59 @@ def test_what_nobody_asks_for_is_culled():
         assert renderer.memory_bytes["graph"] == memory["graph"]
 
 
+def id_colors(numbers: NDArray[Any]) -> NDArray[np.float64]:
+    """(H, W, 3): colours of numbers in debug views, as debug/view.frag has them."""
+    number = numbers.astype(np.int64)
+    hue = ((number * 2654435769 % 2**32) / 2**32)[..., None]
+    wheel = np.clip(np.abs(np.mod(hue + np.array([0.0, 2.0 / 3.0, 1.0 / 3.0]), 1.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0)
+    color = (0.28 + 0.72 * wheel) * np.where(number % 2, 0.95, 0.72)[..., None]
+    return np.where(number[..., None] == 0, 0.04, color)
+
+
+def test_debug_views_show_the_labels():
+    scene = pf.load_scene("woods")
+    shown = scene.environment.add(pf.DebugView())
+    view = pf.view("near", scene.planet)
+    wanted = ("color", "slope_deg", "sunlit", "albedo", "material", "instance", "depth")
+    with pf.Renderer(scene, size=SIZE, quality="low") as renderer:
+        ahead = renderer.camera_state(view)
+        place = tuple(ahead.position_m + 12.0 * np.asarray(ahead.forward))
+        scene.add(pf.Transform(place), pf.Shape("box", size_m=(2.0, 2.0, 2.0)))
+        for name, passes in (
+            ("slope", ()),
+            ("sunlit", ("outputs.sunlit",)),
+            ("albedo", ("outputs.albedo", "terrain.labels")),
+            ("material", ("outputs.albedo", "terrain.labels")),
+            ("instance", ("outputs.instance", "props.instance")),
+        ):
+            shown.view = name
+            renderer.render(view)
+            culled = set(PASSES) & set(renderer.graph.culled)
+            assert not culled & set(passes) and culled >= {"outputs.moved"}
+            out = renderer.render(view, outputs=wanted)
+            color, there = out["color"] / 255.0, np.isfinite(out["depth"])
+            if name == "slope":
+                level, steep = there & (out["slope_deg"] < 2.0), there & (out["slope_deg"] > 80.0)
+                assert color[level].max() < 0.3 and color[steep][:, 0].min() > 0.9
+                np.testing.assert_allclose(color[~there], 0.3, atol=0.01)
+                continue
+            expected = {
+                "sunlit": lambda o=out: np.repeat(o["sunlit"][..., None], 3, axis=2),
+                "albedo": lambda o=out: np.where(
+                    o["albedo"] <= 0.0031308,
+                    12.92 * o["albedo"],
+                    1.055 * np.maximum(o["albedo"], 0) ** (1 / 2.4) - 0.055,
+                ),
+                "material": lambda o=out: id_colors(o["material"]),
+                "instance": lambda o=out: id_colors(o["instance"]),
+            }[name]()
+            near = np.abs(color - np.clip(expected, 0.0, 1.0)).max(axis=-1) < 0.02
+            assert near.all(), (name, (~near).sum())
+        shown.view = "off"
+        renderer.render(view)
+        assert set(PASSES) <= set(renderer.graph.culled)
+
+
 def test_a_name_that_is_none_is_refused_before_anything_is_drawn(earth):
     frames = earth.frames
     for outputs, words in ((("slope",), "slope_deg"), ((3,), "names such as"), ("depth", "write"), ((), "sequence")):

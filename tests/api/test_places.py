@@ -51,6 +51,19 @@ def test_a_name_is_one_place(tmp_path: Path) -> None:
         kept.keep(place("  "))
 
 
+def test_what_a_place_cannot_keep_is_refused(tmp_path: Path) -> None:
+    at, lens = ((7e6, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), pf.Intrinsics(64, 36, 50.0, 50.0, 31.5, 17.5)
+    kept = Places(tmp_path / "places.toml")
+    for camera in (
+        pf.Camera(*at, intrinsics=lens),
+        pf.Camera(*at, ev100=9.0),
+        pf.Camera(*at, frustum_deg=(-9, 9, 0, 9)),
+    ):
+        with pytest.raises(pf.PresetError, match="kept by pictures"):
+            kept.keep(Place("lens", "earth", camera, pf.Sun(), 0.0))
+    assert not kept.file.exists()
+
+
 def test_a_damaged_file_is_put_aside_and_never_lost(tmp_path: Path) -> None:
     file, rng = tmp_path / "places.toml", random.Random(11)
     kept = Places(file)

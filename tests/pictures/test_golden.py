@@ -101,7 +101,9 @@ def test_the_named_views_all_have_goldens():
     assert {p.planet for p in VIEW_PICTURES} - {"props"} == set(pf.planets())
     debug = {p.changes["debug.view"] for p in KNOB_PICTURES if "debug.view" in p.changes}
     # A settled picture has no past but its own; test_debug_history looks at these while the camera turns.
-    assert debug | {"history", "cloud_history"} == set(NAMED_VIEWS)
+    # Views of labels are held against the labels themselves (test_labels).
+    labels = {"slope", "sunlit", "albedo", "material", "instance"}
+    assert debug | labels | {"history", "cloud_history"} == set(NAMED_VIEWS)
     toned = {p.changes["composite.tone_map"] for p in KNOB_PICTURES if "composite.tone_map" in p.changes}
     assert toned | {pf.Composite().tone_map} == set(TONE_MAPS)
 

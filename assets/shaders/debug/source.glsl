@@ -31,3 +31,13 @@ vec4 source_at(vec2 uv) {
     return vec4(texelFetch(u_source, min(ivec2(uv * vec2(size)), size - 1), 0));
 }
 #endif
+
+// As a whole number, which a float would round above 2^24.
+uint number_at(vec2 uv) {
+#if SOURCE == SOURCE_UINT
+    ivec2 size = textureSize(u_source, 0);
+    return texelFetch(u_source, min(ivec2(uv * vec2(size)), size - 1), 0).r;
+#else
+    return uint(source_at(uv).r);
+#endif
+}

@@ -20,6 +20,10 @@
 // frames that light was gathered over, in alpha (composite/resolved.glsl): red 1, green 16 and more
 #define MODE_HISTORY 12
 #define MODE_SURFACE 11   // what a pixel shows: ground green, sea blue, props red
+#define MODE_SLOPE 13     // from a normal: 0 to 90 degrees as heat
+#define MODE_SHARE 14     // 0..1 as grey
+#define MODE_ALBEDO 15    // linear colours
+#define MODE_MATERIAL 16  // number of a material, in alpha: a colour each
 
 layout(std430, binding = 5) readonly buffer RangeIn { vec2 r_range; };
 layout(binding = 1) uniform sampler2D u_depth;
@@ -39,7 +43,7 @@ vec3 heat(float t) {
 // A colour for a whole number: neighbours differ clearly, 0 is nearly black.
 vec3 id_color(uint id) {
     if (id == 0u) return vec3(0.04);
-    float hue = fract(float(id) * 0.61803398875);
+    float hue = float((id * 2654435769u) >> 8u) * (1.0 / 16777216.0);   // id over the golden ratio, of any size
     vec3 wheel = clamp(abs(fract(hue + vec3(0.0, 2.0 / 3.0, 1.0 / 3.0)) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
     return mix(vec3(1.0), wheel, 0.72) * ((id & 1u) != 0u ? 0.95 : 0.72);
 }
@@ -71,7 +75,7 @@ void main() {
 #elif MODE == MODE_DISTANCE
     color = value.r > 0.0 ? log_distance(length(position_from_depth(v_ndc, value.r))) : vec3(0.0);
 #elif MODE == MODE_IDS
-    color = id_color(uint(value.r));
+    color = id_color(number_at(v_uv));
 #elif MODE == MODE_SURFACE
     const vec3 SURFACES[4] = vec3[4](vec3(0.04), vec3(0.35, 0.62, 0.25), vec3(0.15, 0.40, 0.80),
         vec3(0.85, 0.25, 0.20));
@@ -84,6 +88,17 @@ void main() {
     color = bright > 0.0 ? heat((log2(bright) - r_range.x + log2(frame.hdr_per_radiance)) / span) : vec3(0.0);
 #elif MODE == MODE_PX
     color = heat((log2(max(value.r, 1e-4)) * 0.30103 + 2.0) / 3.0);
+#elif MODE == MODE_SLOPE
+    float depth = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
+    vec3 up = up_at(position_from_depth(v_ndc, max(depth, 1e-20)));
+    float slope = atan(length(cross(up, value.xyz)), dot(up, value.xyz));
+    color = depth > 0.0 ? heat(slope * 0.63661977) : vec3(0.3);
+#elif MODE == MODE_SHARE
+    color = vec3(value.r);
+#elif MODE == MODE_ALBEDO
+    color = srgb_encode(value.rgb);
+#elif MODE == MODE_MATERIAL
+    color = id_color(uint(value.a));
 #elif MODE == MODE_HISTORY
     float gathered = log2(float(int(value.a) & PLACE_FRAMES)) / 4.0;
     color = gathered < 0.5 ? mix(vec3(0.80, 0.12, 0.10), vec3(0.95, 0.80, 0.10), max(gathered, 0.0) * 2.0)

@@ -1,0 +1,139 @@
+"""Frames on several workers: the same files as here, whoever is lost on the way; what is refused at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+import planetfall as pf
+from planetfall.capture import farm as farms
+from planetfall.capture import recording
+from planetfall.capture.carried import packed, unpacked
+from planetfall.cli.main import main
+from planetfall.engine.gpu.software_threads import OFF
+
+PLAN = """
+seed = 5
+count = 6
+size = [64, 36]
+quality = "low"
+scene = ["moon", "mine.toml"]
+outputs = ["color", "depth"]
+[camera]
+altitude_m = { log = [500.0, 5000.0] }
+"""
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed", reason="the extra farm is not installed")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(OFF, "0")  # two workers on one machine
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+        ) as made:
+            yield made
+
+
+@pytest.fixture
+def plan(tmp_path):
+    (tmp_path / "plan.toml").write_text(PLAN)
+    (tmp_path / "mine.toml").write_text('base = "moon"\nname = "mine"\n[terrain]\nseed = 9\n')
+    return tmp_path / "plan.toml"
+
+
+def files(root: Path) -> dict[str, bytes]:
+    return {p.relative_to(root).as_posix(): p.read_bytes() for p in sorted(root.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.gpu
+def test_a_data_set_is_the_same_bytes_and_outlives_a_worker(cluster, plan, tmp_path):
+    here = pf.dataset(plan, tmp_path / "here")
+    before = {worker.pid for worker in cluster.workers.values()}
+    told: list[tuple[int, int]] = []
+
+    def progress(done: int, of: int) -> None:
+        if not told:
+            os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
+        told.append((done, of))
+
+    there = pf.dataset(plan, tmp_path / "there", scheduler=cluster.scheduler_address, progress=progress)
+    assert told == [(n, 6) for n in range(1, 7)]
+    assert files(there) == files(here) and len(files(there)) == 3 * 6 + 3
+    assert {worker.pid for worker in cluster.workers.values()} != before
+    # What is there is kept, and nobody is asked for it.
+    assert files(pf.dataset(plan, there, scheduler=cluster.scheduler_address)) == files(here)
+
+
+@pytest.mark.gpu
+def test_a_flight_is_the_same_bytes(cluster, tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, "PART", 2)
+    monkeypatch.setattr(recording, "RUN_UP", 1)
+    options = {"count": 5, "size": (64, 36), "quality": "low", "video": False}
+    with pf.load_scene("mars") as scene:
+        here = pf.record(scene, "low", tmp_path / "here", **options)
+        told: list[tuple[int, int]] = []
+        there = pf.record(scene, "low", tmp_path / "there", scheduler=cluster.scheduler_address,
+                          progress=lambda done, of: told.append((done, of)), **options)  # fmt: skip
+    assert files(there.folder) == files(here.folder) and len(there.frames) == 5
+    assert sorted(told)[-1] == (5, 5) and len(told) == 3
+
+
+def _echo(common: bytes, job: int) -> dict[str, bytes]:
+    return {f"{job}": common, f"{job}.json": b"{}"}
+
+
+def _fails(common: object, job: int) -> dict[str, bytes]:
+    raise pf.SettingError(f"job {job} can't be")
+
+
+def _ends_its_process(common: object, job: int) -> dict[str, bytes]:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_many_jobs_come_once_each_and_land(cluster, tmp_path):
+    with farms.Farm(cluster.scheduler_address) as farm:
+        for found in farm.results(_echo, b"x" * 1000, range(200)):
+            farms.land(tmp_path, found)
+        assert len(list(tmp_path.iterdir())) == 400 and (tmp_path / "7").read_bytes() == b"x" * 1000
+        with pytest.raises(pf.SettingError, match="job 0 can't be"):
+            list(farm.results(_fails, None, range(1)))
+
+
+def test_a_job_that_ends_every_worker_is_told(cluster):
+    told = pytest.raises(pf.expected_errors(), match="ended each worker")
+    with farms.Farm(cluster.scheduler_address) as farm, told:
+        list(farm.results(_ends_its_process, None, range(1)))
+
+
+def test_an_address_without_a_scheduler_is_told_in_seconds(plan, tmp_path, capsys):
+    pytest.importorskip("distributed", reason="the extra farm is not installed")
+    for address in ("tcp://127.0.0.1:9", "nonsense", "tcp://no-such-host.invalid:8786", "http://127.0.0.1:9", ""):
+        started = time.monotonic()
+        assert main(["dataset", str(plan), "-o", str(tmp_path / "out"), "--scheduler", address]) == 2
+        said = capsys.readouterr().err
+        assert "expected the address of a running Dask scheduler" in said.replace("\n", " ") and repr(address) in said
+        assert time.monotonic() - started < 3.0 * farms.CONNECT_S and not (tmp_path / "out").exists()
+    assert main(["record", "moon", "--scheduler", "tcp://127.0.0.1:9", "-o", str(tmp_path / "film"), "--no-video"]) == 2
+    assert "running Dask scheduler" in capsys.readouterr().err.replace("\n", " ")
+
+
+def test_a_missing_extra_is_named(plan, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(pf.SettingError, match=r'pip install "planetfall\[farm\]"'):
+        pf.dataset(plan, tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+
+
+def test_scenes_travel_whole_or_not_at_all():
+    with pf.load_scene("earth_moon") as scene:
+        scene.sun.elevation_deg = 12.0
+        with unpacked(packed(scene)) as again:
+            assert list(again.planets) == list(scene.planets) and again.sun.elevation_deg == 12.0
+    with pf.load_scene("earth") as scene:
+        scene.planet.add(pf.Cover()).mask = pf.clearing((6.371e6, 0.0, 0.0), 100.0)
+        with pytest.raises(pf.SceneError, match=r"Cover\.mask can't be sent"):
+            packed(scene)
