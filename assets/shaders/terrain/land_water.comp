@@ -128,7 +128,8 @@ float share_to_water(vec3 point, float level, float known_at, float rise) {
     return clamp(share, 0.0, 1.0);
 }
 
-// x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes.
+// x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes, or
+// on ground how deep the nearest water is in its middle, m.
 uvec4 pixel_of(ivec2 pixel) {
     WaterPlace place = water_place(pixel);
     vec3 up = up_at(place.point), across, along;
@@ -165,7 +166,8 @@ uvec4 pixel_of(ivec2 pixel) {
     bool ground = place.open && place.surface == SURFACE_TERRAIN;
     vec4 ashore = ground ? vec4(w.coverage, damp, w.stirred, w.muddy) : vec4(0.0);
     return water ? uvec4(floatBitsToUint(place.depth / max(share, 1e-6)), packSnorm2x16(oct_encode(normal)),
-        packUnorm4x8(attributes), 0u) : uvec4(0u, packUnorm4x8(ashore), 0u, 0u);
+        packUnorm4x8(attributes), 0u) : uvec4(0u, packUnorm4x8(ashore), floatBitsToUint(w.deep),
+        0u);
 }
 
 void main() {

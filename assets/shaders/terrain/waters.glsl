@@ -12,7 +12,7 @@ struct LandWater {
     vec3 slope;       // of the level, by the nearest line
     vec3 tilt;        // the same, changing over from line to line
     float stirred, muddy;   // as terrain/land_water.glsl has them
-    float half_width;       // of the nearest
+    float half_width, deep; // of the nearest: half its width, depth in its middle
 };
 
 const float WATER_NOWHERE_M = 3.0e38;
@@ -52,7 +52,7 @@ struct WaterSums {
 };
 
 const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
-    vec3(0.0), 0.0, 0.0, 0.0);
+    vec3(0.0), 0.0, 0.0, 0.0, 0.0);
 const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
 
 // Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
@@ -95,6 +95,7 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     w.above = nearer ? max(section, 0.0) : w.above;
     w.slope = nearer ? slope : w.slope;
     w.half_width = nearer ? half_width : w.half_width;
+    w.deep = nearer ? deep : w.deep;
     w.beyond = nearer ? beyond : w.beyond;
 }
 

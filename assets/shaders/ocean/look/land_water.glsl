@@ -10,13 +10,6 @@ vec3 g_loss_per_m, g_thrown_per_m;   // of the water, absorption and scattering;
 
 #include "ocean/look/pixel.glsl"
 
-// What lakes and rivers hold beside pure water, at 680, 550 and 440 nm, by the metre: a little that is dissolved and
-// afloat in clear ones (2 to 10 m to see through), and silt where they are muddiest (less than 1 m). Chosen so that
-// deep water throws back 1 to 2 % and 3 to 7 % of the light, as in Kirk's tables (Light and Photosynthesis in Aquatic
-// Ecosystems, 2011).
-const vec3 FRESH_LOSS = vec3(0.06, 0.07, 0.16), FRESH_THROWN = vec3(0.004, 0.007, 0.005);
-const vec3 SILT_LOSS = vec3(1.25, 1.45, 2.2), SILT_THROWN = vec3(0.25, 0.22, 0.1);
-const vec3 STONES = vec3(0.72, 0.78, 0.85);   // the bed's albedo, as shares of the sea's sand
 // Variance of slopes: of a calm lake, of gusts on it, and of water that shoots.
 const float CALM_VARIANCE = 1.2e-3, GUST_VARIANCE = 1.6e-3, SHOOTING_VARIANCE = 0.04;
 
