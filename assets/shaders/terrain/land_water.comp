@@ -24,6 +24,8 @@ uniform ivec2 u_tiles;
 
 const float FLATTEST_SINE = 0.03;   // of the view above the ground: what a pixel covers grows no longer below it
 
+const float SEA_HAIR_M = 0.01;      // more than rounding does to a level: inlets at the sea's are the sea
+
 shared uint s_water;
 #ifndef WATER_WIDE
 // The tile's lines; as scalars and vectors, which software GPUs find sooner than structures.
@@ -136,7 +138,7 @@ uvec4 pixel_of(ivec2 pixel) {
     pixel_sides(place, up, across, along);
     LandWater w = water_around(place.D, place.open, across, along);
     bool water = w.beyond < 0.0 && w.wide
-        && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m);
+        && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m + SEA_HAIR_M);
     float share = 1.0;
     float rise = dot(w.slope, place.point);
     bool sunk = water && over_water(place.point, 1.0, w.level, 1.0, rise) < 0.0
