@@ -22,6 +22,7 @@ from ..drainage.streams import StreamCells
 from ..height_params import TerrainParams
 from .bays import bays_of, find_bays, keep, with_bays
 from .between import Course, confluences, estuaries, lake_edges, middles, mouths
+from .falls import with_falls
 from .node_arrays import RiverNodes
 from .widths import ROWS, lake_rows, river_rows
 
@@ -55,7 +56,8 @@ def rivers_of_ground(
         return nodes if strength == 1.0 else nodes_of(grid, streams, params)
 
     key = key_of(params, climate, grid.across, incision)
-    return with_bays(nodes, bays_of(full, params, grid.count, key, cache))
+    nodes = with_bays(nodes, bays_of(full, params, grid.count, key, cache))
+    return with_falls(nodes, params.radius_m, strength)
 
 
 def ship_bays(params: TerrainParams, climate: ClimateParams, cells: int = CELLS) -> None:
