@@ -1,5 +1,5 @@
-"""Makes the pictures of README.md, first-steps.md, rivers.md and sources.md from real runs: `python docs/make_images.py [picture
-...]`."""
+"""Makes the pictures of README.md, first-steps.md, rivers.md and sources.md from real runs: `python
+docs/make_images.py [picture ...]`."""
 
 import io
 import math

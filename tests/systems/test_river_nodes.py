@@ -27,6 +27,7 @@ from planetfall.systems.terrain.rivers import bays
 from planetfall.systems.terrain.rivers.bays import find_bays, with_bays
 from planetfall.systems.terrain.rivers.falls import with_falls
 from planetfall.systems.terrain.rivers.nodes import RiverNodes, nodes_of, rivers_of_ground
+from planetfall.systems.terrain.rivers.troughs import with_troughs
 
 EARTH = TerrainParams(6.371e6, 1, 9000.0, -9000.0, layers=16, land_share=0.3, hills=0.2, mountains=0.4)
 CLIMATE = ClimateParams(5200.0, -500.0, 0.5)
@@ -80,9 +81,10 @@ def same(a: RiverNodes, b: RiverNodes) -> bool:
     return all(x.dtype == y.dtype and x.tobytes() == y.tobytes() for x, y in pairs)
 
 
-def whole(nodes: RiverNodes, params: TerrainParams, cells: int) -> RiverNodes:
-    """With bays and falls, as `rivers_of_ground` gives them."""
-    return with_falls(with_bays(nodes, find_bays(nodes, params, cells)), params.radius_m)
+def whole(nodes: RiverNodes, params: TerrainParams, climate: ClimateParams, cells: int) -> RiverNodes:
+    """With troughs, bays and falls, as `rivers_of_ground` gives them."""
+    found = with_bays(with_troughs(nodes, climate, params.scale), find_bays(nodes, params, cells))
+    return with_falls(found, params.radius_m)
 
 
 # -- what the ground's evaluator relies on ----------------------------------------------------------------------------
@@ -253,7 +255,7 @@ def test_packed_numbers_come_back() -> None:
 def test_kept_nodes_have_the_same_bits(nodes: RiverNodes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cache = TableCache("drainage", tmp_path)
     first = rivers_of_ground(EARTH, CLIMATE, CELLS, cache=cache)
-    assert first is not None and same(first, whole(nodes, EARTH, CELLS))
+    assert first is not None and same(first, whole(nodes, EARTH, CLIMATE, CELLS))
     told: list[float] = []
     monkeypatch.setattr(stored, "solve_streams", None)
     monkeypatch.setattr(bays, "find_bays", None)
@@ -273,9 +275,10 @@ def test_the_preset_earths_rivers_are_shipped(shipped: RiverNodes) -> None:
 @pytest.mark.slow
 def test_what_is_shipped_is_what_would_be_solved(preset: TerrainParams, shipped: RiverNodes) -> None:
     with pf.load_scene("earth") as scene:
-        made = solve_streams(preset, climate_params(scene.planet[pf.Terrain]))
+        climate = climate_params(scene.planet[pf.Terrain])
+    made = solve_streams(preset, climate)
     found = nodes_of(made.network.grid, made.streams, preset)
-    assert same(whole(found, preset, made.network.grid.count), shipped), (
+    assert same(whole(found, preset, climate, made.network.grid.count), shipped), (
         "raise _VERSION in drainage/stored.py, write the files anew with its ship() and rivers/nodes.py's ship_bays()"
     )
 
@@ -284,7 +287,7 @@ def print_fingerprint() -> None:
     """For another process: all bits of the nodes."""
     made = solve_streams(EARTH, CLIMATE, CELLS)
     found, hashed = nodes_of(made.network.grid, made.streams, EARTH), hashlib.sha256()
-    found = whole(found, EARTH, CELLS)
+    found = whole(found, EARTH, CLIMATE, CELLS)
     for field in fields(RiverNodes):
         hashed.update(np.ascontiguousarray(getattr(found, field.name)).tobytes())
     sys.stdout.write(hashed.hexdigest())

@@ -24,6 +24,7 @@ from .bays import bays_of, find_bays, keep, with_bays
 from .between import Course, confluences, estuaries, lake_edges, middles, mouths
 from .falls import with_falls
 from .node_arrays import RiverNodes
+from .troughs import with_troughs
 from .widths import ROWS, lake_rows, river_rows
 
 __all__ = ["RiverNodes", "nodes_of", "rivers_of_ground", "ship_bays"]
@@ -50,12 +51,13 @@ def rivers_of_ground(
     if not strength > 0.0:
         return None
     grid, streams = streams_of(params, climate, cells, progress, cache, incision)
-    nodes = nodes_of(grid, streams, params, strength)
+    plain = nodes_of(grid, streams, params, strength)
 
     def full() -> RiverNodes:
-        return nodes if strength == 1.0 else nodes_of(grid, streams, params)
+        return plain if strength == 1.0 else nodes_of(grid, streams, params)
 
     key = key_of(params, climate, grid.across, incision)
+    nodes = with_troughs(plain, climate, params.scale, strength)
     nodes = with_bays(nodes, bays_of(full, params, grid.count, key, cache))
     return with_falls(nodes, params.radius_m, strength)
 
