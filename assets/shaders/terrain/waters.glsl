@@ -33,7 +33,8 @@ const float WATER_FALL_TILT = 0.5;
 // From one line to the next water changes over so many metres.
 const float WATER_MIXES_M = 300.0;
 
-// 0 a mirror .. white water, from LAND_WATER_FALLS on falling freely: by Froude's number of the mean speed, and by the slope.
+// 0 a mirror .. white water, and above LAND_WATER_FALLS falling freely: by Froude's number of the mean speed, and by the
+// slope.
 float water_stirred(float speed_m_s, float depth_m, float fall) {
     return min(0.35 * speed_m_s * inversesqrt(9.81 * max(depth_m, 0.2)) + 7.0 * fall, LAND_WATER_FALLS);
 }
@@ -50,7 +51,7 @@ float water_coverage(float d, float half_width, float reach) {
     return clamp((min(d + reach, half_width) - max(d - reach, -half_width)) / (2.0 * reach), 0.0, 1.0);
 }
 
-// Lines between these slopes are falls, wholly from the second on: others count nothing there, and they nothing beyond.
+// Lines between these slopes are falls, wholly from the second on: others count nothing there, they nothing beyond.
 const vec2 WATER_FALLS = vec2(0.15, 0.4);
 
 // Sums over lines, and the first one's level, from which levels count.

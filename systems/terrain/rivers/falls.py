@@ -47,7 +47,8 @@ def with_falls(nodes: RiverNodes, radius_m: float, strength: float = 1.0) -> Riv
     chosen &= (word[0] >> np.uint32(16)) % _ONE_OF == 0
     # A little less, so that rounding changes nothing.
     chosen &= nodes.discharge_m3_s[line].astype(np.float64) >= 0.999 * _LEAST_M3_S * strength
-    line, below, length_m, drop_m = (v[chosen] for v in (line, below, length_m, drop_m))
+    line, below = line[chosen], below[chosen]
+    length_m, drop_m = length_m[chosen], drop_m[chosen]
     uneven = (word[2][chosen] >> np.uint32(8)).astype(np.float64) * 2.0**-24
     fall_m = np.minimum(_SHARE * drop_m, _HIGHEST_M) * (_LOWEST + (1.0 - _LOWEST) * uneven)
     # In the middle half.

@@ -37,8 +37,8 @@ float land_water_seen(int octave, float footprint_m) {
     return clamp(2.0 - footprint_m * 4.0 / (NESTED_BASE_M * exp2(float(octave))), 0.0, 1.0);
 }
 
-// Share of white water: where it shoots, in patches as wide as rapids; where it falls, in shreds of all sizes; as far as
-// a pixel shows them.
+// Share of white water: where it shoots, in patches as wide as rapids; where it falls, in shreds of all sizes; as far
+// as a pixel shows them.
 float land_water_foam(vec3 D, float footprint_m) {
     float share = land_water_white(g_stirred), seen = clamp(1.5 - footprint_m / 8.0, 0.0, 1.0);
     float patches = share > 0.0 && seen > 0.0 ? 0.8 * sea_noise(D, 8) + 0.5 * sea_noise(D, 6) : 0.0;
