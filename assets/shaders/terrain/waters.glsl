@@ -33,8 +33,8 @@ const float WATER_FALL_TILT = 0.5;
 // From one line to the next water changes over so many metres.
 const float WATER_MIXES_M = 300.0;
 
-// 0 a mirror .. white water, and above LAND_WATER_FALLS falling freely: by Froude's number of the mean speed, and by the
-// slope.
+// 0 a mirror .. white water, and above LAND_WATER_FALLS falling freely: by Froude's number of the mean speed, and by
+// the slope.
 float water_stirred(float speed_m_s, float depth_m, float fall) {
     return min(0.35 * speed_m_s * inversesqrt(9.81 * max(depth_m, 0.2)) + 7.0 * fall, LAND_WATER_FALLS);
 }
