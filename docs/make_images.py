@@ -1,5 +1,5 @@
-"""Makes the pictures of README.md, first-steps.md and sources.md from real runs: `python docs/make_images.py [picture
-...]`."""
+"""Makes the pictures of README.md, first-steps.md, rivers.md and sources.md from real runs: `python
+docs/make_images.py [picture ...]`."""
 
 import io
 import math
@@ -19,7 +19,7 @@ from planetfall.systems.capture import contact_sheet
 
 FOLDER = Path(__file__).parent / "images"
 PICTURES = {
-    **{view: view for view in ("space", "orbit", "coast", "valley", "near", "glint", "beach")},
+    **{view: view for view in ("space", "orbit", "coast", "valley", "near", "glint", "beach", "waterfall")},
     "clouds": "sea",
     "above": "high",
 }

@@ -62,6 +62,7 @@ _CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
 _WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
 _WET_READS = ("gbuffer.tile_depths", "gbuffer.tile_flags")
+_NARROW_RIVERS = "terrain/narrow_rivers.comp"
 _GIVEN_BLADES = 9
 """In a cell of grass, for which assets/shaders/terrain/grass.glsl has their width."""
 _FAR_PIXEL_M = 50.0
@@ -406,7 +407,10 @@ class TerrainSystem(System):
             step = int(self._settings["terrain.coast_px"])
             every = self._shade_every()
             defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_EVERY": every}
-            values = {"GROUND_COVER": f"{float(self._settings['cover.reach_m']):.1f}"}
+            values = {
+                "GROUND_COVER": f"{float(self._settings['cover.reach_m']):.1f}",
+                "RADIANCE_READ": str(self._settings.get("sky.radiance_format", "rgba32f")),
+            }
             defines |= {flag: values.get(flag, 1) for flag in flags}
             if "GROUND_COVER" in flags and int(self._settings["cover.crowns"]) > 0:
                 defines["COVER_CROWNS"] = int(self._settings["cover.crowns"])
@@ -430,18 +434,21 @@ class TerrainSystem(System):
         # Without a sea all ground is shaded as dry ground beside one: no further programs for it.
         no_water = backend.shades_all and not self._world.query(Ocean)
         rivers = io.texture(LAND_WATER) if self.shows_rivers() else None
+        every, between = self._shade_every(), None
+        # Where most pixels take their light from others, narrow rivers are added to each once they have it.
+        added = self._shader(_NARROW_RIVERS, "RADIANCE_READ") if rivers is not None and every > 2 else None
+        watered = [io.buffer(name) for name in lists if name.endswith("wet")]
         cover = ("GROUND_COVER",) if backend.shades_all and self._world.query(Cover) else ()
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if no_water or (sorts and not name.endswith("wet")) else ()
-            flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
+            flags = ("GROUND_RIVERS",) if rivers is not None and added is None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
             flags = (*flags, *cover)
             plain = self._shader(backend.shade_file, *flags)
             parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))
 
-        every, between = self._shade_every(), None
         all_tiles = [io.buffer(name) for name in _TILES]
         if every > 1:  # kept: graphs are compiled again and again
             between = self._between or UpsampleShaded(self._gpu, "SURFACE_TERRAIN", every, self._settings)
@@ -462,6 +469,13 @@ class TerrainSystem(System):
                 (full if cluttered else plain).run_indirect(tiles)
             if between is not None and between.leaves_out(view.frame.checkerboard):
                 between.run(radiance, all_tiles)
+            if added is not None:
+                self._gpu.barrier()
+                radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
+                with self._gpu.apart():  # each pixel reads and changes itself alone
+                    for tiles in watered:
+                        tiles.bind_to_storage_buffer(TILE_BUFFER)
+                        added.run_indirect(tiles)
 
         return run
 

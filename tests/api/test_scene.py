@@ -52,6 +52,7 @@ VIEWS = [
     "delta",
     "canyon",
     "ranges",
+    "waterfall",
     "forest",
     "meadow",
     "savanna",

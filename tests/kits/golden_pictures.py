@@ -90,6 +90,8 @@ fragments write depth, and 0.8 is what other debug views differ by. Errors of a 
 
 CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shadows", "day_edge")
 """Those that are named after clouds; all others are taken without."""
+SMALL_VIEWS = ("waterfall",)
+"""Those that show enough at half the size."""
 
 
 def cloud_picture(name: str, view: str, changes: Mapping[str, Any] | None = None, **parts: Any) -> Picture:
@@ -147,7 +149,16 @@ DEBUG_VIEWS = (
 )
 
 VIEW_PICTURES: tuple[Picture, ...] = (
-    *(Picture(f"earth/{view}", "earth", view, clouds=view in CLOUD_VIEWS) for view in pf.views("earth")),
+    *(
+        Picture(
+            f"earth/{view}",
+            "earth",
+            view,
+            KNOB_SIZE if view in SMALL_VIEWS else VIEW_SIZE,
+            clouds=view in CLOUD_VIEWS,
+        )
+        for view in pf.views("earth")
+    ),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
     *(Picture(f"props/{view}", "props", view) for view in ("ground", "beach")),
     *(Picture(f"{planet}/{view}", planet, view) for planet in AIRY_PLANETS for view in ("sunset", "limb", "high")),

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from planetfall.systems.terrain.height import TerrainParams, height
+from planetfall.systems.terrain.rivers.falls import with_falls
 from planetfall.systems.terrain.rivers.nodes import RiverNodes
 from planetfall.systems.terrain.rivers.table import river_table
 
@@ -56,4 +57,13 @@ def walks(params: TerrainParams, count: int = 40, seed: int = 3) -> RiverNodes:
 def with_rivers(params: TerrainParams, count: int = 40, seed: int = 3) -> tuple[TerrainParams, RiverNodes]:
     """The same ground carved by `walks`, and these."""
     nodes = walks(params, count, seed)
+    return replace(params, rivers=river_table(nodes, params.radius_m, params.seed)), nodes
+
+
+def with_waterfalls(params: TerrainParams, count: int = 12, seed: int = 3) -> tuple[TerrainParams, RiverNodes]:
+    """As `with_rivers`, of rivers that come down by 120 m on each line, in falls where `with_falls` puts some."""
+    nodes = walks(params, count, seed)
+    left = STEPS - 2 - np.arange(len(nodes)) % STEPS
+    steep = nodes.level_m[STEPS - 1 :: STEPS].repeat(STEPS) + 120.0 * np.maximum(left, 0)
+    nodes = with_falls(replace(nodes, level_m=steep.astype(np.float32)), params.radius_m)
     return replace(params, rivers=river_table(nodes, params.radius_m, params.seed)), nodes

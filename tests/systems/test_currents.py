@@ -89,7 +89,8 @@ def test_water_flows_along_its_banks(table: RiverTable, in_rivers: tuple[Floats,
     speed = np.linalg.norm(found.current_m_s, axis=0)
     assert (speed > 0.0).all(), "not even outside of a bend does it stand"
     assert speed.max() <= 7.5
-    assert np.abs((found.current_m_s * points).sum(axis=0) / table.radius_m).max() < 1e-9
+    # Level, but for what rounds where a place is less than a metre from the line.
+    assert np.abs((found.current_m_s * points).sum(axis=0) / table.radius_m).max() < 1e-7
     aside = gradient(table, points, "beyond_m")
     length = np.linalg.norm(aside, axis=0)
     clear = length > 0.2

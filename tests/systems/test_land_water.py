@@ -217,6 +217,31 @@ def test_rivers_narrower_than_a_pixel_keep_their_share_of_it(carved: Carved, riv
     assert shares[~near].max() == 0.0
 
 
+def test_a_narrow_river_is_a_line_where_one_of_four_pixels_is_shaded(carved: Carved, river) -> None:
+    """Quality low: in all rows that it crosses it stands out from the ground beside it, not in every other block."""
+    place, level_m, heading_deg = river
+    with pf.Renderer(carved.renderer.scene, SIZE, "low") as renderer:
+        seen = look(carved._replace(renderer=renderer), place, level_m + 1.6e4, -60.0, heading_deg + 10.0, **NOON)
+    light = seen.picture["radiance"].sum(axis=2)
+    texels = seen.picture["terrain.land_water"].reshape(*SIZE[::-1], -1)
+    shares = np.where(texels[..., 0] == 0, texels[..., 1] & 0xFF, 0) / 255.0
+    # Only where it is narrow, and one of its lines crosses the row.
+    apart = seen.beyond_m.reshape(SIZE[::-1]) / seen.footprint_m.reshape(SIZE[::-1])
+    contrasts = []
+    for row, share, beyond in zip(light, shares, apart, strict=True):
+        middle = int(np.argmax(share))
+        inside = slice(max(middle - 12, 0), middle + 13)
+        if share[middle] < 0.5 or (beyond[inside] < 1.0).sum() > 6 or not 12 < middle < SIZE[0] - 13:
+            continue
+        ground = row[inside][beyond[inside] > 2.5]
+        contrasts.append((row[middle] - ground.mean()) / (ground.mean() * share[middle]))
+    assert len(contrasts) > 40
+    typical = float(np.median(contrasts))
+    assert abs(typical) > 0.1
+    # Of dashes two in five rows had none.
+    assert (np.array(contrasts) / typical > 0.4).mean() > 0.95
+
+
 NAMES = re.compile(r"land_water|LandWater|narrow_water|g_muddy|RiverLine")
 FILES = ("ocean/shade.comp", "ocean/surface.comp", "ocean/swell.comp", "ocean/classify.comp", "ocean/light.comp")
 

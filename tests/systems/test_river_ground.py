@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from river_kit import with_rivers
+from river_kit import with_rivers, with_waterfalls
 
 from planetfall.benchmarks.measure import queries
 from planetfall.engine.blocks.bindings import RIVERS_UNIT
 from planetfall.query.terrain import TerrainSampler
 from planetfall.systems.terrain.height import TerrainField, TerrainParams, height, height_and_gradient, height_at_points
 from planetfall.systems.terrain.height_table import canonical_table, octave_table
+from planetfall.systems.terrain.rivers.bends import unbent
+from planetfall.systems.terrain.rivers.falls import STEEPNESS
 from planetfall.systems.terrain.rivers.table import RiverTable, cell_keys, river_table
 from planetfall.systems.terrain.rivers.texture import river_texels
 from planetfall.systems.terrain.rivers.valleys import valleys, waters
@@ -179,6 +181,31 @@ def test_heights_around_an_anchor(evaluate, radius_m):
         assert np.percentile(np.linalg.norm(found["gradient"] - gradient, axis=1), 99) < 1e-4
 
 
+def test_heights_beside_a_fall(evaluate):
+    """The same where the ground is as steep as 2 in 1 and rivers' lines are 30 m long."""
+    params, nodes = with_waterfalls(EARTH)
+    radius_m = params.radius_m
+    lips = np.flatnonzero(drops(nodes) > 20.0)
+    assert len(lips) > 10
+    places = unbent(nodes.direction[lips[:6]].T * radius_m, radius_m, params.seed).T / radius_m
+    for k, up in enumerate(places):
+        d = offsets(up, radius_m, 10.0 ** np.random.default_rng(k).uniform(0.0, 3.0, 600), k)
+        points = up * radius_m + d.astype(np.float64)
+        outputs = {"dh": "float", "gradient": "vec3"}
+        found = evaluate(params, octave_table(params, up), BODY, '"terrain/height.glsl"', {"d": d}, outputs)
+        expected = height_at_points(points, params) - height_at_points(up[None] * radius_m, params)[0]
+        assert np.ptp(expected) > 20.0
+        assert np.abs(found["dh"] - expected).max() <= 1e-3
+
+
+def drops(nodes):
+    """How far each line of falls comes down (N,), 0 for other lines."""
+    to = nodes.to
+    drop = np.where(to >= 0, nodes.level_m - nodes.level_m[to], 0.0)
+    length = np.linalg.norm(nodes.direction - nodes.direction[to], axis=1) * EARTH.radius_m
+    return np.where(drop > 0.5 * STEEPNESS * length, drop, 0.0)
+
+
 def test_heights_in_float(evaluate, earth):
     """A tenth of a metre, as without rivers."""
     params, nodes = earth
@@ -209,10 +236,10 @@ def test_canonical_heights(evaluate, radius_m):
 # -- rays --------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("erosion", [0.0, 1.0])
-def test_no_ground_before_the_hit(earth, erosion):
+@pytest.mark.parametrize(("erosion", "falls"), [(0.0, False), (1.0, False), (1.0, True)])
+def test_no_ground_before_the_hit(earth, erosion, falls):
     """A march of half metres along rays beside rivers finds nothing that a cast has passed, but a centimetre."""
-    params, nodes = earth
+    params, nodes = with_waterfalls(EARTH) if falls else earth
     sampler = TerrainSampler.from_params(replace(params, erosion=erosion))
     up = near_rivers(params, nodes, 60, 3e3, seed=11)
     rng = np.random.default_rng(4)

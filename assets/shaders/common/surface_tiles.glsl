@@ -3,6 +3,7 @@
 //
 //   SHADE_EVERY   1: each pixel is shaded; 2: every second, as the squares that frame.checkerboard names; 4: one of
 //                 a block of 2 x 2. The others are left to common/upsample_shaded.comp
+//   RADIANCE_READ   format of u_radiance, for who changes the light that is there
 //   SHOWS_ALSO(pixel)   what a pixel has to be besides
 #include "generated/bindings.glsl"
 #include "common/surfaces.glsl"
@@ -31,7 +32,11 @@ layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = NORMAL_UNIT) uniform sampler2D u_normal;
 layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
+#ifdef RADIANCE_READ
+layout(binding = RADIANCE_IMAGE, RADIANCE_READ) uniform image2D u_radiance;
+#else
 layout(binding = RADIANCE_IMAGE) writeonly uniform image2D u_radiance;
+#endif
 
 // The first pixel of this invocation's block.
 ivec2 tile_pixel() {

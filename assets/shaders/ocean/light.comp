@@ -17,6 +17,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) writeonly uniform image2D u_light_out;
 
 const float NEAREST_AIR_M = 100.0;
+// Falls are as steep as shadows are coarse: a corner whose point hides from the sun by less would darken a whole tile.
+const float LIFTED_M = 4.0;
 const float STARLIGHT = 1.5e-8;   // of the sun's irradiance: 2e-3 lx of stars and airglow on a moonless night
 
 void main() {
@@ -29,10 +31,17 @@ void main() {
     float hit = c > 0.0 ? (b < 0.0 ? c / max(q, 1e-20) : 0.0) : max(q, c / (abs(q) > 1e-20 ? q : 1e-20));
     vec3 point = direction * max(meets >= 0.0 ? hit : -b, 0.0);
 #ifdef LAND_WATER
-    if (land_water_near(corner, point)) direction = normalize(point);
+    float lifted_m = 0.0;
+    if (land_water_near(corner, point)) {
+        direction = normalize(point);
+        lifted_m = LIFTED_M;
+    }
 #endif
-    vec3 zenith = up_at(point), sun = frame.sun_direction;
-    vec3 sunlight = frame.sun_irradiance * sun_visibility(point) * air_to_space(point, sun);
+    vec3 zenith = up_at(point), sun = frame.sun_direction, lit = point;
+#ifdef LAND_WATER
+    lit += zenith * lifted_m;
+#endif
+    vec3 sunlight = frame.sun_irradiance * sun_visibility(lit) * air_to_space(point, sun);
     vec3 starlight = frame.sun_irradiance * STARLIGHT, from_sky = skylight(point, zenith) + starlight;
     // The sky is known as the camera sees it: what lies between the sea and a camera up high is missing, and its mean
     // comes from how much more skylight there is down here.

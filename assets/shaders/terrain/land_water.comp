@@ -24,6 +24,8 @@ uniform ivec2 u_tiles;
 
 const float FLATTEST_SINE = 0.03;   // of the view above the ground: what a pixel covers grows no longer below it
 
+const float SEA_HAIR_M = 0.01;      // more than rounding does to a level: inlets at the sea's are the sea
+
 shared uint s_water;
 #ifndef WATER_WIDE
 // The tile's lines; as scalars and vectors, which software GPUs find sooner than structures.
@@ -128,14 +130,15 @@ float share_to_water(vec3 point, float level, float known_at, float rise) {
     return clamp(share, 0.0, 1.0);
 }
 
-// x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes.
+// x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes, or
+// on ground how deep the nearest water is in its middle, m.
 uvec4 pixel_of(ivec2 pixel) {
     WaterPlace place = water_place(pixel);
     vec3 up = up_at(place.point), across, along;
     pixel_sides(place, up, across, along);
     LandWater w = water_around(place.D, place.open, across, along);
     bool water = w.beyond < 0.0 && w.wide
-        && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m);
+        && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m + SEA_HAIR_M);
     float share = 1.0;
     float rise = dot(w.slope, place.point);
     bool sunk = water && over_water(place.point, 1.0, w.level, 1.0, rise) < 0.0
@@ -165,7 +168,8 @@ uvec4 pixel_of(ivec2 pixel) {
     bool ground = place.open && place.surface == SURFACE_TERRAIN;
     vec4 ashore = ground ? vec4(w.coverage, damp, w.stirred, w.muddy) : vec4(0.0);
     return water ? uvec4(floatBitsToUint(place.depth / max(share, 1e-6)), packSnorm2x16(oct_encode(normal)),
-        packUnorm4x8(attributes), 0u) : uvec4(0u, packUnorm4x8(ashore), 0u, 0u);
+        packUnorm4x8(attributes), 0u) : uvec4(0u, packUnorm4x8(ashore), floatBitsToUint(w.deep),
+        0u);
 }
 
 void main() {

@@ -1,6 +1,7 @@
 // Water of rivers and lakes around a place: the GPU's side of `waters` in systems/terrain/rivers/valleys.py, and how a
 // pixel shows it. Part of terrain/height.glsl where TERRAIN_RIVERS is defined.
 #include "terrain/height.glsl"
+#include "terrain/land_water.glsl"
 
 struct LandWater {
     float level;      // of the water, m over the anchor's height, by all lines around
@@ -12,7 +13,9 @@ struct LandWater {
     vec3 slope;       // of the level, by the nearest line
     vec3 tilt;        // the same, changing over from line to line
     float stirred, muddy;   // as terrain/land_water.glsl has them
-    float half_width;       // of the nearest
+    float falls;            // 0..1: it falls freely here, or has just come down
+    vec3 fall_tilt;         // slope of the level there
+    float half_width, deep; // of the nearest: half its width, depth in its middle
 };
 
 const float WATER_NOWHERE_M = 3.0e38;
@@ -25,12 +28,15 @@ const float WATER_WIDENED = 2.0;
 // Water narrower than so much of a pixel is not seen; it fades up to the second.
 const float WATER_LEAST_PX = 0.08, WATER_FADES_PX = 0.2;
 
+// Falls are as wide as their river along it, and spread over that: their mean slope by that of their line.
+const float WATER_FALL_TILT = 0.5;
 // From one line to the next water changes over so many metres.
 const float WATER_MIXES_M = 300.0;
 
-// 0 a mirror .. 1 white water: by Froude's number of the mean speed, and by the slope.
+// 0 a mirror .. white water, and above LAND_WATER_FALLS falling freely: by Froude's number of the mean speed, and by
+// the slope.
 float water_stirred(float speed_m_s, float depth_m, float fall) {
-    return min(0.35 * speed_m_s * inversesqrt(9.81 * max(depth_m, 0.2)) + 7.0 * fall, 1.0);
+    return min(0.35 * speed_m_s * inversesqrt(9.81 * max(depth_m, 0.2)) + 7.0 * fall, LAND_WATER_FALLS);
 }
 
 // Lowland rivers carry the more sediment the larger they are; where it is steep it does not stay, in lakes it sinks.
@@ -45,6 +51,9 @@ float water_coverage(float d, float half_width, float reach) {
     return clamp((min(d + reach, half_width) - max(d - reach, -half_width)) / (2.0 * reach), 0.0, 1.0);
 }
 
+// Lines between these slopes are falls, wholly from the second on: others count nothing there, they nothing beyond.
+const vec2 WATER_FALLS = vec2(0.15, 0.4);
+
 // Sums over lines, and the first one's level, from which levels count.
 struct WaterSums {
     float total, levels, first, mixed;
@@ -52,7 +61,7 @@ struct WaterSums {
 };
 
 const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
-    vec3(0.0), 0.0, 0.0, 0.0);
+    vec3(0.0), 0.0, 0.0, 0.0, vec3(0.0), 0.0, 0.0);
 const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
 
 // Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
@@ -84,17 +93,25 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     float beyond = wet > 0.0 ? line.d - half_width : WATER_NOWHERE_M, apart_m = max(beyond, 0.0);
     float fall = length(line.along) * max(-line.section_step.x, 0.0);
     float speed = min(line.discharge / max(1.333 * half_width * deep, 1e-3), 5.0) * (1.0 - line.lake);
+    vec3 slope = line.section_step.x * line.along;
+    // A fall reaches as far beyond its lip and its foot as lines mix (systems/terrain/rivers/form.py: river_share).
+    float steep = length(line.way) > 0.0 ? -line.section_step.x / length(line.way) : 0.0;
+    float falling = wet * smoothstep(WATER_FALLS.x, WATER_FALLS.y, steep);
+    float at_fall = falling * (1.0 - smoothstep(half_width, 1.3 * half_width + 6.0, line.d));
+    w.fall_tilt = at_fall > w.falls ? -(steep / length(line.way)) * line.way : w.fall_tilt;
+    w.falls = max(w.falls, at_fall);
     float says = wet * half_width * half_width / (apart_m * apart_m + WATER_MIXES_M * WATER_MIXES_M);
+    says *= 1.0 - 0.9999 * falling;
     sums.mixed += says;
     w.stirred += says * water_stirred(speed, deep, fall) * (1.0 - line.lake);
     w.muddy += says * water_muddy(line.discharge, fall, line.lake);
-    vec3 slope = line.section_step.x * line.along;
     w.tilt += says * slope;
     bool nearer = beyond < w.beyond;
     w.wide = nearer ? half_width > WATER_WIDE_PX * reach : w.wide;
     w.above = nearer ? max(section, 0.0) : w.above;
     w.slope = nearer ? slope : w.slope;
     w.half_width = nearer ? half_width : w.half_width;
+    w.deep = nearer ? deep : w.deep;
     w.beyond = nearer ? beyond : w.beyond;
 }
 
@@ -104,4 +121,6 @@ void land_water_end(inout LandWater w, WaterSums sums, RiverPlace p) {
     w.muddy /= max(sums.mixed, 1e-30);
     w.tilt = (w.tilt * p.turned) / max(sums.mixed, 1e-30);
     w.slope = w.slope * p.turned;
+    w.tilt = mix(w.tilt, WATER_FALL_TILT * (w.fall_tilt * p.turned), w.falls);
+    w.stirred = mix(w.stirred, 1.0, w.falls);
 }

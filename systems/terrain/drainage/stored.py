@@ -25,7 +25,7 @@ from .places import place_offsets
 from .solve import Solution, across_of, rain_of, solve_streams, uncarved
 from .streams import StreamCells
 
-__all__ = ["SHIPPED", "network_of", "rain_grid_of", "ship", "streams_of"]
+__all__ = ["SHIPPED", "key_of", "network_of", "rain_grid_of", "ship", "streams_of"]
 
 log = logging.getLogger(__name__)
 
@@ -87,7 +87,7 @@ def network_of(
 ) -> Network:
     """As `solve`, from a file where it has been solved before. cache: the folder, instead of the package's and the
     user's."""
-    key = _key(params, climate, across_of(cells), incision)
+    key = key_of(params, climate, across_of(cells), incision)
     kept = _load(key, cache)
     if kept is None:
         return _keep_in(cache, key, solve_streams(params, climate, cells, progress, incision)).network
@@ -110,7 +110,7 @@ def streams_of(
     incision: float = INCISION,
 ) -> tuple[CellGrid, StreamCells]:
     """The cells with streams, and the grid that they are of; otherwise as `network_of`."""
-    grid, key = cell_grid(across_of(cells)), _key(params, climate, across_of(cells), incision)
+    grid, key = cell_grid(across_of(cells)), key_of(params, climate, across_of(cells), incision)
     kept = _load(key, cache)
     if kept is None:
         return grid, _keep_in(cache, key, solve_streams(params, climate, cells, progress, incision)).streams
@@ -132,7 +132,7 @@ def streams_of(
 def rain_grid_of(params: TerrainParams, climate: ClimateParams, cache: TableCache | None = None) -> Floats:
     """Rain of a year in mm on the cells on which air moves, in whole numbers."""
     cache = TableCache("drainage") if cache is None else cache
-    count, key = cell_grid(ACROSS).count, TableCache.key("rain", _key(params, climate, ACROSS))
+    count, key = cell_grid(ACROSS).count, TableCache.key("rain", key_of(params, climate, ACROSS))
     held = cache.load(key, {"rain_mm": (count,)}, np.uint16)
     if held is not None:
         return held["rain_mm"].astype(np.float64)
@@ -143,13 +143,13 @@ def rain_grid_of(params: TerrainParams, climate: ClimateParams, cache: TableCach
 
 def ship(params: TerrainParams, climate: ClimateParams, cells: int = CELLS) -> Path:
     """Solve and write a file among the package's assets: for who changes what rivers depend on."""
-    key = _key(params, climate, across_of(cells))
+    key = key_of(params, climate, across_of(cells))
     _keep(SHIPPED, key, solve_streams(params, climate, cells))
     assert SHIPPED.folder is not None
     return SHIPPED.folder / f"{key}.npz"
 
 
-def _key(params: TerrainParams, climate: ClimateParams, across: int, incision: float = INCISION) -> str:
+def key_of(params: TerrainParams, climate: ClimateParams, across: int, incision: float = INCISION) -> str:
     """One name for all that a planet's rivers depend on."""
     map_ = params.height_map
     content = "" if map_ is None else hashlib.sha256(map_.cube.levels[0].tobytes()).hexdigest()

@@ -17,14 +17,17 @@ from ..drainage.cells import CellGrid
 from ..drainage.climate import ClimateParams
 from ..drainage.network import CELLS
 from ..drainage.places import offset_directions
-from ..drainage.stored import streams_of
+from ..drainage.stored import SHIPPED, key_of, streams_of
 from ..drainage.streams import StreamCells
 from ..height_params import TerrainParams
+from .bays import bays_of, find_bays, keep, with_bays
 from .between import Course, confluences, estuaries, lake_edges, middles, mouths
+from .falls import with_falls
 from .node_arrays import RiverNodes
+from .troughs import with_troughs
 from .widths import ROWS, lake_rows, river_rows
 
-__all__ = ["RiverNodes", "nodes_of", "rivers_of_ground"]
+__all__ = ["RiverNodes", "nodes_of", "rivers_of_ground", "ship_bays"]
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -48,7 +51,21 @@ def rivers_of_ground(
     if not strength > 0.0:
         return None
     grid, streams = streams_of(params, climate, cells, progress, cache, incision)
-    return nodes_of(grid, streams, params, strength)
+    plain = nodes_of(grid, streams, params, strength)
+
+    def full() -> RiverNodes:
+        return plain if strength == 1.0 else nodes_of(grid, streams, params)
+
+    key = key_of(params, climate, grid.across, incision)
+    nodes = with_troughs(plain, climate, params.scale, strength)
+    nodes = with_bays(nodes, bays_of(full, params, grid.count, key, cache))
+    return with_falls(nodes, params.radius_m, strength)
+
+
+def ship_bays(params: TerrainParams, climate: ClimateParams, cells: int = CELLS) -> None:
+    """Find bays and write their file among the package's assets: after drainage/stored.py's `ship`."""
+    grid, streams = streams_of(params, climate, cells)
+    keep(SHIPPED, key_of(params, climate, grid.across), find_bays(nodes_of(grid, streams, params), params, grid.count))
 
 
 def nodes_of(grid: CellGrid, streams: StreamCells, params: TerrainParams, strength: float = 1.0) -> RiverNodes:

@@ -16,12 +16,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.surface.noise import Lattice, octave_offset
+from ....engine.surface.noise import Lattice
 from ....engine.table_cache import TableCache
+from .bends import BEND_CELLS, BEND_SHARES, bend_amplitudes_m, bend_lattice, river_cell_m
 from .form import HELD
 from .node_arrays import RiverNodes
 
-__all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_cell_m", "river_table"]
+__all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_table"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -30,18 +31,6 @@ CELL_STEPS = 2**22
 """Steps of a node's place in a cell: 4 mm on Earth."""
 _HALF = 512
 """Cells from the planet's centre to either side, at most."""
-
-BEND_CELLS = (0.5, 0.0625)
-"""Wavelengths of the warp that bends straight lines into rivers, in cells: 8 and 1 km on Earth."""
-BEND_SHARES = (0.15, 0.15)
-"""How far it moves a place along each axis at most, in wavelengths."""
-_BEND_OCTAVES = (900, 901)
-"""Numbers of the warp's octaves among all of a seed."""
-
-
-def river_cell_m(radius_m: float) -> float:
-    """Width of the lattice's cells."""
-    return float(2.0 ** (math.floor(math.log2(radius_m)) - 8))
 
 
 def cell_keys(cells: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -74,14 +63,12 @@ class RiverTable:
     @cached_property
     def bends(self) -> Lattice:
         """Octaves of the vector noise that bends lines."""
-        wavelengths = [share * self.cell_m for share in BEND_CELLS]
-        return Lattice.of(wavelengths, np.array([octave_offset(self.seed, k) for k in _BEND_OCTAVES]))
+        return bend_lattice(self.cell_m, self.seed)
 
     @cached_property
     def bend_m(self) -> Floats:
         """Amplitudes of the warp's octaves, rounded to float32."""
-        shares = np.array(BEND_CELLS) * np.array(BEND_SHARES) * self.cell_m
-        return shares.astype(np.float32).astype(np.float64)
+        return bend_amplitudes_m(self.cell_m)
 
     @cached_property
     def steepest_per_m(self) -> float:

@@ -10,13 +10,6 @@ vec3 g_loss_per_m, g_thrown_per_m;   // of the water, absorption and scattering;
 
 #include "ocean/look/pixel.glsl"
 
-// What lakes and rivers hold beside pure water, at 680, 550 and 440 nm, by the metre: a little that is dissolved and
-// afloat in clear ones (2 to 10 m to see through), and silt where they are muddiest (less than 1 m). Chosen so that
-// deep water throws back 1 to 2 % and 3 to 7 % of the light, as in Kirk's tables (Light and Photosynthesis in Aquatic
-// Ecosystems, 2011).
-const vec3 FRESH_LOSS = vec3(0.06, 0.07, 0.16), FRESH_THROWN = vec3(0.004, 0.007, 0.005);
-const vec3 SILT_LOSS = vec3(1.25, 1.45, 2.2), SILT_THROWN = vec3(0.25, 0.22, 0.1);
-const vec3 STONES = vec3(0.72, 0.78, 0.85);   // the bed's albedo, as shares of the sea's sand
 // Variance of slopes: of a calm lake, of gusts on it, and of water that shoots.
 const float CALM_VARIANCE = 1.2e-3, GUST_VARIANCE = 1.6e-3, SHOOTING_VARIANCE = 0.04;
 
@@ -39,9 +32,22 @@ vec4 land_water_rough(vec3 D, float footprint_m) {
     return vec4(0.5 * variance, 0.5 * variance, 0.0, 1.0);
 }
 
-// Share of white water: where it shoots, in patches as wide as rapids, as far as a pixel shows them.
+// How much of an octave of noise a pixel shows.
+float land_water_seen(int octave, float footprint_m) {
+    return clamp(2.0 - footprint_m * 4.0 / (NESTED_BASE_M * exp2(float(octave))), 0.0, 1.0);
+}
+
+// Share of white water: where it shoots, in patches as wide as rapids; where it falls, in shreds of all sizes; as far
+// as a pixel shows them.
 float land_water_foam(vec3 D, float footprint_m) {
     float share = land_water_white(g_stirred), seen = clamp(1.5 - footprint_m / 8.0, 0.0, 1.0);
     float patches = share > 0.0 && seen > 0.0 ? 0.8 * sea_noise(D, 8) + 0.5 * sea_noise(D, 6) : 0.0;
-    return clamp(share * (1.0 + seen * 1.2 * patches), 0.0, 0.8);
+    float rapids = clamp(share * (1.0 + seen * 1.2 * patches), 0.0, 0.8);
+    float falls = smoothstep(LAND_WATER_FALLS, 1.0, g_stirred), shreds = 0.0;
+    int k = 7, end = falls > 0.0 ? 3 : 7;
+    if (k > end) do {
+        float shown = land_water_seen(k, footprint_m);
+        shreds += shown > 0.0 ? shown * sea_noise(D, k) : 0.0;
+    } while (--k > end);
+    return mix(rapids, clamp(0.8 + 0.2 * shreds, 0.25, 0.97), falls);
 }
