@@ -33,6 +33,8 @@ PAGE, BEFORE, SLOT = BLOCK, 3, 128
 RINGS = 8
 _WHOLE_RINGS = 1
 """Rings of full weight: smoothing weights then leaves those of samples at 1."""
+STEEP_SIDE = 8
+"""Samples a side of the squares that bounds on slopes are kept of."""
 TABLE = 32
 """Pages a side of a block of the table of pages."""
 
@@ -73,6 +75,17 @@ class PageLevel:
         pages[of.ravel(), inside[:, 0], inside[:, 1]] = np.arange(len(self.where))
         return int(first[0]), int(first[1]), blocks, pages
 
+    def slopes(self, radius_m: float) -> Floats:
+        """Largest slopes (P, SLOT / STEEP_SIDE, SLOT / STEEP_SIDE) of squares of samples, one around each included."""
+        known = self._slopes.get(radius_m)
+        if known is None:
+            known = self._slopes[radius_m] = _page_slopes(self, radius_m)
+        return known
+
+    @cached_property
+    def _slopes(self) -> dict[float, Floats]:
+        return {}
+
     def find(self, u: Floats, v: Floats) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Of places of the world (N,): the page (-1: none), the sample in its slot (row, column) that is north-west of
         it, and fractions east and south of that."""
@@ -88,6 +101,23 @@ class PageLevel:
         block = np.where(inside, blocks[np.where(inside, block_y, 0), np.where(inside, block_x, 0)], -1)
         page = np.where(block >= 0, pages[block, page_y % TABLE, page_x % TABLE], -1)
         return page, j - page_y * PAGE + BEFORE, i - page_x * PAGE + BEFORE, x - i, y - j
+
+
+def _page_slopes(level: PageLevel, radius_m: float) -> Floats:
+    lattice, blocks = level.lattice, SLOT // STEEP_SIDE
+    found = np.empty((len(level.heights), blocks, blocks))
+    up_m = np.radians(lattice.step_deg) * radius_m
+    for number, (values, (j, _)) in enumerate(zip(level.heights, level.where, strict=True)):
+        rows = np.arange(SLOT) + (int(j) * PAGE - BEFORE)
+        flat = np.maximum(np.cos(np.radians(lattice.place(np.zeros(SLOT), rows)[0])), 1e-3)
+        down_m = up_m * (flat if lattice.mercator else np.ones(SLOT))
+        east_m = 2.0 * np.pi / lattice.across * radius_m * flat
+        along = np.abs(np.diff(values.astype(np.float64), axis=1, append=values[:, -1:])) / east_m[:, None]
+        across = np.abs(np.diff(values.astype(np.float64), axis=0, append=values[-1:])) / down_m[:, None]
+        steep = np.hypot(along, across).reshape(blocks, STEEP_SIDE, blocks, STEEP_SIDE).max(axis=(1, 3))
+        wide = np.pad(steep, 1, mode="edge")
+        found[number] = np.max([wide[b : b + blocks, a : a + blocks] for b in range(3) for a in range(3)], axis=0)
+    return found
 
 
 def pages_of(raw: RawLevel, coarser: Coarser | None, finest: bool) -> PageLevel | None:

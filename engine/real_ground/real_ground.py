@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .lattice import Lattice, sphere_place
 from .limited_cubic import limited_cubic
-from .pages import PageLevel
+from .pages import STEEP_SIDE, PageLevel
 
 __all__ = ["LEVEL_SAMPLES", "Composed", "RealGround", "World", "level_share", "sample_level"]
 
@@ -27,18 +27,23 @@ Ints = NDArray[np.int64]
 
 LEVEL_SAMPLES = 1.5
 """Gradients come from levels whose samples are this many spacings apart, or more."""
+_STEEPER = 2.0
+"""Than between samples: the limited cubic's slope in the middle of a step is 1.5, at its ends up to 2.1 of the smaller
+one, and levels pass into one another."""
 _DONE = 1e-7
 """A rest below that is none."""
 
 
 @dataclass(frozen=True)
 class Composed:
-    """What the levels make of N places: metres (N,) to which `rest` (N,) of the ground around is added, and the
-    gradients of both (3, N) by the points."""
+    """What the levels make of N places: metres (N,) to which `rest` (N,) of the ground around is added; and of the
+    ground that a spacing shows the gradient (3, N) of these metres by the points, and the rest of it (N,) with its own.
+    """
 
     height_m: Floats
     rest: Floats
     d_height: Floats
+    seen_rest: Floats
     d_rest: Floats
 
 
@@ -79,11 +84,37 @@ class RealGround:
             rest[rest < _DONE] = 0.0
         return height, rest
 
+    def slopes(self, points: Floats, radius_m: float) -> Floats:
+        """Slopes (N,) that the levels at points (3, N), and their passing into one another, hardly ever exceed."""
+        world = World(points)
+        steep, rest = np.zeros(points.shape[1]), np.ones(points.shape[1])
+        for level in self.levels:
+            at = np.flatnonzero(rest > 0.0)
+            if not at.size:
+                break
+            found = sample_level(level, world, at)
+            if found is None:
+                continue
+            at = at[found.at]
+            steepest = _STEEPER * level.slopes(radius_m)[tuple(found.block)]
+            steep[at] = np.maximum(steep[at], steepest)
+            rest[at] *= 1.0 - found.weight
+            rest[rest < _DONE] = 0.0
+        return steep
+
+    def finest_m(self, radius_m: float) -> float:
+        """Distance of the finest samples."""
+        return self.levels[0].lattice.sample_m(radius_m)
+
+    def steepest(self, radius_m: float) -> float:
+        """The largest of these."""
+        return _STEEPER * max(float(level.slopes(radius_m).max()) for level in self.levels)
+
     def gradients(self, points: Floats, radius_m: float, spacing_m: Floats | None) -> Composed:
         """As heights, with gradients that samples spacing_m (N,) apart show: None, all."""
         world, count = World(points), points.shape[1]
         height, rest = self.heights(points)
-        seen, kept = np.zeros(count), np.ones(count)
+        kept = np.ones(count)
         d_seen, d_kept = np.zeros((3, count)), np.zeros((3, count))
         for level, factor in zip(self.levels, self.factors, strict=True):
             share = np.ones(count)
@@ -102,13 +133,12 @@ class RealGround:
             d_height = _chain(found.d_height, to_points)
             k, dk = kept[at], d_kept[:, at]
             d_seen[:, at] += (dk * weight + k * d_weight) * found.height + k * weight * d_height
-            seen[at] += k * weight * found.height
             d_kept[:, at] = dk * (1.0 - weight) - k * d_weight
             kept[at] = k * (1.0 - weight)
             gone = kept < _DONE
             kept[gone] = 0.0
             d_kept[:, gone] = 0.0
-        return Composed(height, rest, d_seen, d_kept)
+        return Composed(height, rest, d_seen, kept, d_kept)
 
 
 class World:
@@ -141,13 +171,15 @@ def _chain(by_place: Floats, jacobian: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class _Sampled:
-    """at: which of the places asked for are in a page; derivatives (2, N) by column and row."""
+    """at: which of the places asked for are in a page; derivatives (2, N) by column and row; block (3, N): which number
+    of PageLevel.slopes is about there."""
 
     at: Ints
     height: Floats
     weight: Floats
     d_height: Floats
     d_weight: Floats
+    block: Ints
 
 
 def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
@@ -173,7 +205,8 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
         weight[weight > 1.0 - _DONE] = 1.0
     if not level.lattice.mercator:
         _towards_poles(level, v[inside], height, weight, d_height, d_weight)
-    return _Sampled(inside, height, weight, d_height, d_weight)
+    block = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE])
+    return _Sampled(inside, height, weight, d_height, d_weight, block)
 
 
 def _taps(pages: NDArray[np.float32], page: Ints, j: Ints, i: Ints) -> Floats:

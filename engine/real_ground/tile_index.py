@@ -24,11 +24,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..surface.cube_map import FACES
 from ..table_cache import TableCache
 from .lattice import Lattice
 from .tile_files import ENDINGS, PNG_CODES, Found, TileError, find_tile
 
-__all__ = ["TileFolder", "TileSet", "open_tiles", "tiles_stamp"]
+__all__ = ["TileFolder", "TileSet", "is_tiles", "open_tiles", "tiles_stamp"]
 
 log = logging.getLogger(__name__)
 
@@ -77,6 +78,15 @@ class TileSet:
         north, west = self.lattice.place(first[:, 0].min(), first[:, 1].min())
         south, east = self.lattice.place(last[:, 0].max(), last[:, 1].max())
         return float(south), float(west), float(north), float(east)
+
+
+def is_tiles(path: str) -> bool:
+    """Whether a map is tiles: an index file, or a folder without pictures of a cube's faces."""
+    place = Path(path).expanduser()
+    if not place.is_dir():
+        return place.suffix.lower() == ".toml"
+    with os.scandir(place) as entries:
+        return not any(Path(entry.name).stem in FACES and entry.is_file() for entry in entries)
 
 
 def tile_folders(path: str, what: str) -> list[TileFolder]:

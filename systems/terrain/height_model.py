@@ -133,6 +133,12 @@ class Model:
         return found.sample_rad * self.params.radius_m if found else 0.0
 
     @property
+    def finest_sample_m(self) -> float:
+        """Distance of the samples of a height map, or of the finest tiles of elevation; 0 without any."""
+        real = self.params.real
+        return real.finest_m(self.params.radius_m) if real else self.map_sample_m
+
+    @property
     def gullied(self) -> bool:
         """Whether any of its relief follows the slope."""
         return self.params.erosion > 0.0 and self.layers > FIRST_GULLY
@@ -172,6 +178,8 @@ class Model:
         added = self.craters.slope if self.craters else 0.0
         if self.params.height_map:
             added += float(self.params.height_map.slopes(self.params.radius_m).max())
+        if self.params.real:
+            added += self.params.real.steepest(self.params.radius_m)
         return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope + added
 
     @property
