@@ -20,7 +20,7 @@ from .lattice import Lattice, sphere_place
 from .limited_cubic import limited_cubic
 from .pages import STEEP_SIDE, PageLevel
 
-__all__ = ["LEVEL_SAMPLES", "Composed", "RealGround", "World", "level_share", "sample_level"]
+__all__ = ["DONE", "LEVEL_SAMPLES", "Composed", "RealGround", "World", "level_share", "sample_level"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,7 +30,7 @@ LEVEL_SAMPLES = 1.5
 _STEEPER = 2.0
 """Than between samples: the limited cubic's slope in the middle of a step is 1.5, at its ends up to 2.1 of the smaller
 one, and levels pass into one another."""
-_DONE = 1e-7
+DONE = 1e-7
 """A rest below that is none."""
 
 
@@ -81,7 +81,7 @@ class RealGround:
             at = at[found.at]
             height[at] += rest[at] * found.weight * found.height
             rest[at] *= 1.0 - found.weight
-            rest[rest < _DONE] = 0.0
+            rest[rest < DONE] = 0.0
         return height, rest
 
     def slopes(self, points: Floats, radius_m: float) -> Floats:
@@ -99,7 +99,7 @@ class RealGround:
             steepest = _STEEPER * level.slopes(radius_m)[tuple(found.block)]
             steep[at] = np.maximum(steep[at], steepest)
             rest[at] *= 1.0 - found.weight
-            rest[rest < _DONE] = 0.0
+            rest[rest < DONE] = 0.0
         return steep
 
     def finest_m(self, radius_m: float) -> float:
@@ -135,7 +135,7 @@ class RealGround:
             d_seen[:, at] += (dk * weight + k * d_weight) * found.height + k * weight * d_height
             d_kept[:, at] = dk * (1.0 - weight) - k * d_weight
             kept[at] = k * (1.0 - weight)
-            gone = kept < _DONE
+            gone = kept < DONE
             kept[gone] = 0.0
             d_kept[:, gone] = 0.0
         return Composed(height, rest, d_seen, kept, d_kept)
@@ -202,7 +202,7 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
         weight[faded] = np.clip(np.einsum("an,bn,ban->n", wx, wy, taps), 0.0, 1.0)
         d_weight[0, faded] = np.einsum("an,bn,ban->n", dx, wy, taps)
         d_weight[1, faded] = np.einsum("an,bn,ban->n", wx, dy, taps)
-        weight[weight > 1.0 - _DONE] = 1.0
+        weight[weight > 1.0 - DONE] = 1.0
     if not level.lattice.mercator:
         _towards_poles(level, v[inside], height, weight, d_height, d_weight)
     block = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE])

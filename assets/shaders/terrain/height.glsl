@@ -418,6 +418,12 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     kept = by.by_h;
     sides = side.value;
 #endif
+#ifdef TERRAIN_TILED
+    RealGround real = terrain_real(D, spacing_m);
+    slope = real.seen_rest * slope + real.d_height + TERRAIN_SINGLE(height_m) * real.d_rest;
+    height_m = TERRAIN_SUM(TERRAIN_PRODUCT(real.rest, height_m), real.height);
+    kept *= real.rest;
+#endif
 
     TerrainPoint point;
     point.dh = TERRAIN_SINGLE(height_m);

@@ -193,6 +193,10 @@ Shown ground_shown(Spot s, vec4 attributes) {
     gradient += relief - s.zenith * dot(s.zenith, relief);
     TerrainSources craters = terrain_crater_detail(s.D, s.spacing_m, s.footprint_m);
     gradient += s.to_sphere * (craters.gradient + terrain_mapped_detail(s.D, s.spacing_m, s.footprint_m));
+#ifdef TERRAIN_TILED
+    gradient += s.to_sphere
+        * terrain_real_detail(s.D, s.spacing_m, s.footprint_m, s.height_m - frame.anchor_height_m);
+#endif
     moisture = max(moisture - TERRAIN_DUG_DRY * craters.dug, 0.0);
     ground_cliffs(detail, s.D + s.height_m * s.zenith, length(gradient), s.footprint_m);
     Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m);

@@ -1,0 +1,256 @@
+// Real elevation from tiles: engine/real_ground/real_ground.py, whose levels of pages lie in one texture as
+// systems/terrain/real_texture.py says. A place is looked for by its direction in float, then counted from the middle of
+// the page, whose own place is exact: nothing is lost on the way to a sample's fraction.
+#include "generated/bindings.glsl"
+#include "generated/terrain_table.glsl"
+#include "generated/terrain_real_numbers.glsl"
+#include "terrain/limited_cubic.glsl"
+
+layout(binding = HEIGHT_MAP_UNIT) uniform usampler2D u_real_ground;
+
+// Metres of the levels, over what heights count from, and what they leave of the ground around, 0..1. Of the ground that
+// the spacing shows their gradient, and the rest with its own.
+struct RealGround {
+    TERRAIN_REAL height;
+    float rest, seen_rest;
+    vec3 d_height, d_rest;
+};
+
+int real_word(int index) {
+    int bits = terrain_table.real.width_bits;
+    return int(texelFetch(u_real_ground, ivec2(index & ((1 << bits) - 1), index >> bits), 0).r);
+}
+
+// To a unit in the last place: angles become rows and columns.
+float real_atan(float t) {
+    t /= 1.0 + sqrt(1.0 + t * t);
+    t /= 1.0 + sqrt(1.0 + t * t);
+    float s = t * t;
+    return 4.0 * t * (1.0 + s * (-0.33333333 + s * (0.2 + s * (-0.14285714 + s * (0.11111111 - s * 0.09090909)))));
+}
+
+float real_angle(float y, float x) {
+    bool steep = abs(y) > abs(x);
+    float angle = steep ? real_atan(x / y) : real_atan(y / x);
+    if (steep) return (y > 0.0 ? 0.5 * REAL_PI : -0.5 * REAL_PI) - angle;
+    return x >= 0.0 ? angle : angle + (y >= 0.0 ? REAL_PI : -REAL_PI);
+}
+
+float real_atanh(float t) {
+    if (abs(t) > 0.2) return 0.5 * log((1.0 + t) / (1.0 - t));
+    float s = t * t;
+    return t * (1.0 + s * (0.33333333 + s * (0.2 + s * (0.14285714 + s * (0.11111111 + s * 0.09090909)))));
+}
+
+// Column and row of pages about direction p, the column counted from the date line or the first one.
+ivec2 real_pages_about(TerrainRealLevel level, vec3 p) {
+    float flat_m = length(p.xy), latitude = real_angle(p.z, flat_m);
+    float v = level.mercator != 0 ? 0.5 - log(p.z / flat_m + sqrt(1.0 + p.z * p.z / (flat_m * flat_m))) / (2.0 * REAL_PI)
+        : 0.5 - latitude / REAL_PI;
+    float x = (real_angle(p.y, p.x) / (2.0 * REAL_PI) + 0.5) * level.across - level.phase.x - level.first_column;
+    x = level.first_column + x - level.across * floor(x / level.across);
+    return ivec2(floor(x / REAL_PAGE), max(floor((v * level.down - level.phase.y) / REAL_PAGE), 0.0));
+}
+
+// The first word of a page's record; -1: there is none.
+int real_record(TerrainRealLevel level, ivec2 page) {
+    ivec2 at = page - level.first_block * REAL_TABLE, block = at / REAL_TABLE;
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(block, level.blocks))) return -1;
+    int found = real_word(level.first_word + block.y * level.blocks.x + block.x);
+    if (found < 0) return -1;
+    at -= block * REAL_TABLE;
+    int number = real_word(level.first_page + (found * REAL_TABLE + at.y) * REAL_TABLE + at.x);
+    return number < 0 ? -1 : level.first_record + level.record * number;
+}
+
+// From a sample whose place is at `word` to the place D, metres; c: the sample itself.
+vec3 real_offset(int word, TERRAIN_PLACE D, out vec3 c) {
+    ivec3 whole = ivec3(real_word(word), real_word(word + 1), real_word(word + 2));
+    vec3 part = intBitsToFloat(ivec3(real_word(word + 3), real_word(word + 4), real_word(word + 5)));
+    float unit_m = terrain_table.fixed_unit_m;
+    c = (vec3(whole) + part) * unit_m;
+#ifdef TERRAIN_CANONICAL
+    return (vec3(D.whole - whole) + (vec3(D.part >> 8) * (1.0 / 16777216.0) - part)) * unit_m;
+#else
+    TerrainReal real = terrain_table.real;
+    return (vec3(real.place - whole) + (real.part - part)) * unit_m + D;
+#endif
+}
+
+// Columns and rows from a sample c to the place at d from it.
+vec2 real_samples(TerrainRealLevel level, vec3 c, vec3 d) {
+    vec3 p = c + d;
+    float turned = (c.x * d.y - c.y * d.x) / (c.x * p.x + c.y * p.y);
+    float flat_c = length(c.xy), flat_p = length(p.xy);
+    float out_m = (2.0 * dot(c.xy, d.xy) + dot(d.xy, d.xy)) / (flat_c + flat_p);
+    float rise;
+    if (level.mercator != 0) {
+        float r = terrain_table.radius_m;
+        rise = real_atanh(d.z * r / (flat_c * flat_c - c.z * d.z));
+    } else {
+        rise = real_atan((d.z * flat_c - c.z * out_m) / (c.z * p.z + flat_c * flat_p));
+    }
+    return vec2(real_atan(turned), -rise) * level.per_rad;
+}
+
+// Derivatives of columns and rows by the place p.
+void real_jacobian(TerrainRealLevel level, vec3 p, out vec3 by_column, out vec3 by_row) {
+    float flat2 = max(dot(p.xy, p.xy), 1e-12 * dot(p, p)), flat_m = sqrt(flat2), r2 = flat2 + p.z * p.z;
+    by_column = vec3(-p.y, p.x, 0.0) * (level.per_rad.x / flat2);
+    by_row = vec3(-p.xy * (p.z / flat_m), flat_m) * (-level.per_rad.y / r2);
+    if (level.mercator != 0) by_row *= sqrt(r2) / flat_m;
+}
+
+// Four samples from a texel of a slot on.
+vec4 real_taps(ivec2 at) {
+    return vec4(uintBitsToFloat(texelFetch(u_real_ground, at, 0).r),
+        uintBitsToFloat(texelFetch(u_real_ground, at + ivec2(1, 0), 0).r),
+        uintBitsToFloat(texelFetch(u_real_ground, at + ivec2(2, 0), 0).r),
+        uintBitsToFloat(texelFetch(u_real_ground, at + ivec2(3, 0), 0).r));
+}
+
+ivec2 real_slot(int slot) {
+    int bits = terrain_table.real.width_bits - REAL_SLOT_BITS;
+    return ivec2(slot & ((1 << bits) - 1), slot >> bits) << REAL_SLOT_BITS;
+}
+
+// The limited cubic at f, over the sample `center`; by: its derivatives by column and row.
+float real_cubic(ivec2 at, vec2 f, out float center, out vec2 by) {
+    vec4 r0 = real_taps(at), r1 = real_taps(at + ivec2(0, 1)), r2 = real_taps(at + ivec2(0, 2)),
+        r3 = real_taps(at + ivec2(0, 3));
+    center = r1.y;
+    mat4 taps = transpose(mat4(r0 - center, r1 - center, r2 - center, r3 - center));
+    vec4 slope, row = taps[1] + limited_cubic(taps[0], taps[1], taps[2], taps[3], f.x, slope);
+    float over = limited_cubic(row, slope, f.y, by.y, by.x);
+    return row.y + over;
+}
+
+// The B-spline through weights.
+float real_weight(ivec2 at, vec2 f, out vec2 by) {
+    vec2 g = 1.0 - f;
+    vec4 wx = vec4(g.x * g.x * g.x, 4.0 - f.x * f.x * (6.0 - 3.0 * f.x), 4.0 - g.x * g.x * (6.0 - 3.0 * g.x),
+        f.x * f.x * f.x) / 6.0;
+    vec4 wy = vec4(g.y * g.y * g.y, 4.0 - f.y * f.y * (6.0 - 3.0 * f.y), 4.0 - g.y * g.y * (6.0 - 3.0 * g.y),
+        f.y * f.y * f.y) / 6.0;
+    vec4 dx = vec4(-0.5 * g.x * g.x, f.x * (1.5 * f.x - 2.0), -g.x * (1.5 * g.x - 2.0), 0.5 * f.x * f.x);
+    vec4 dy = vec4(-0.5 * g.y * g.y, f.y * (1.5 * f.y - 2.0), -g.y * (1.5 * g.y - 2.0), 0.5 * f.y * f.y);
+    vec4 sums = vec4(0.0), slopes = vec4(0.0);
+    float center = uintBitsToFloat(texelFetch(u_real_ground, at + 1, 0).r);
+    for (int b = 0; b < 4; ++b) {
+        vec4 row = real_taps(at + ivec2(0, b)) - center;
+        sums[b] = dot(wx, row);
+        slopes[b] = dot(dx, row);
+    }
+    by = vec2(dot(wy, slopes), dot(dy, sums));
+    float weight = clamp(center + dot(wy, sums), 0.0, 1.0);
+    return weight > 1.0 - REAL_DONE ? 1.0 : weight;
+}
+
+// One level at a place.
+struct RealSample {
+    TERRAIN_REAL height;
+    float weight;
+    vec3 d_height, d_weight;
+};
+
+// Between the last row and a pole all meridians come to the same height. rows: from the pole; sign: 1 at the north one.
+void real_towards_pole(float rows, float width, vec2 there, float sign, inout RealSample found, inout vec2 d_height,
+    inout vec2 d_weight) {
+    if (rows >= width) return;
+    float t = max(rows, 0.0) / width, f = t * t * (3.0 - 2.0 * t), d_f = 6.0 * t * (1.0 - t) / width * sign;
+    float pole_m = there.x - terrain_table.real.ground_m - terrain_table.real.ground_rest_m;
+    TERRAIN_REAL over = TERRAIN_SUM(found.height, TERRAIN_NUMBER(-pole_m));
+    d_height *= f;
+    d_height.y += d_f * TERRAIN_SINGLE(over);
+    d_weight *= f;
+    d_weight.y += d_f * (found.weight - there.y);
+    found.height = TERRAIN_SUM(TERRAIN_PRODUCT(f, over), TERRAIN_NUMBER(pole_m));
+    found.weight = mix(there.y, found.weight, f);
+}
+
+// Whether a level has anything at D, whose place is p.
+bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, out RealSample found) {
+    ivec2 page = real_pages_about(level, p), cell = ivec2(0);
+    vec2 samples = vec2(0.0);
+    vec3 c;
+    int record = -1, tries = 0;
+    do {
+        record = real_record(level, page);
+        if (record < 0) return false;
+        vec3 d = real_offset(record, D, c);
+        // Float knows the place to some metres only: the next page may be meant.
+        cell = ivec2(floor(real_samples(level, c, d))) + ivec2(real_word(record + 7), real_word(record + 6));
+        ivec2 beyond = ivec2(lessThan(ivec2(REAL_PAGE + 2), cell)) - ivec2(lessThan(cell, ivec2(-2)));
+        if (beyond == ivec2(0)) break;
+        page += beyond;
+        if (level.page_columns > 0) page.x = (page.x + level.page_columns) % level.page_columns;
+    } while (++tries < 3);
+    int squares = REAL_PAGE / level.near;
+    ivec2 square = clamp(cell / level.near, 0, squares - 1);
+    int near = record + REAL_FIRST_SQUARE + (square.y * squares + square.x) * REAL_PLACE;
+    vec3 d = real_offset(near, D, c);
+    samples = real_samples(level, c, d);
+    cell = ivec2(floor(samples)) + ivec2(real_word(near + 7), real_word(near + 6));
+    vec2 f = samples - floor(samples), d_height, d_weight = vec2(0.0);
+    ivec2 at = clamp(cell + REAL_BEFORE - 1, 0, (1 << REAL_SLOT_BITS) - 4);
+    float center, over = real_cubic(real_slot(real_word(record + 8)) + at, f, center, d_height);
+    found.height = TERRAIN_SUM(TERRAIN_NUMBER(center - terrain_table.real.ground_m),
+        TERRAIN_NUMBER(over - terrain_table.real.ground_rest_m));
+    found.weight = 1.0;
+    int weights = real_word(record + 9);
+    if (weights >= 0) found.weight = real_weight(real_slot(weights) + at, f, d_weight);
+    if (level.mercator == 0) {
+        float row = float(real_word(record + 10)) + float(cell.y) + f.y + level.phase.y;
+        float width = level.phase.y > 0.0 ? level.phase.y : 1.0;
+        real_towards_pole(row, width, level.polar.xy, 1.0, found, d_height, d_weight);
+        real_towards_pole(level.down - row, width, level.polar.zw, -1.0, found, d_height, d_weight);
+    }
+    vec3 by_column, by_row;
+    real_jacobian(level, p, by_column, by_row);
+    found.d_height = d_height.x * by_column + d_height.y * by_row;
+    found.d_weight = d_weight.x * by_column + d_weight.y * by_row;
+    return true;
+}
+
+// How much of a level's gradient is seen at a spacing.
+float real_share(TerrainRealLevel level, float spacing_m) {
+    if (level.octaves == 0.0) return 1.0;
+    return clamp(1.0 - log2(REAL_LEVEL_SAMPLES * spacing_m / level.sample_m) / level.octaves, 0.0, 1.0);
+}
+
+RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) {
+    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), 1.0, 1.0, vec3(0.0), vec3(0.0));
+    vec3 p = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
+    int k = 0, levels = terrain_table.real.levels;
+    if (k < levels) do {
+        TerrainRealLevel level = terrain_table.real_levels[k];
+        float share = sum.seen_rest > 0.0 ? real_share(level, spacing_m) : 0.0;
+        RealSample found;
+        if ((sum.rest > 0.0 || share > 0.0) && real_sample(level, D, p, found)) {
+            sum.height = TERRAIN_SUM(sum.height, TERRAIN_PRODUCT(sum.rest * found.weight, found.height));
+            sum.rest *= 1.0 - found.weight;
+            float weight = share * found.weight, kept = sum.seen_rest, h = TERRAIN_SINGLE(found.height);
+            vec3 d_weight = share * found.d_weight;
+            sum.d_height += (sum.d_rest * weight + kept * d_weight) * h + kept * weight * found.d_height;
+            sum.d_rest = sum.d_rest * (1.0 - weight) - kept * d_weight;
+            sum.seen_rest = kept * (1.0 - weight);
+            if (sum.rest < REAL_DONE) sum.rest = 0.0;
+            if (sum.seen_rest < REAL_DONE) {
+                sum.seen_rest = 0.0;
+                sum.d_rest = vec3(0.0);
+            }
+        }
+    } while (++k < levels && (sum.rest > 0.0 || sum.seen_rest > 0.0));
+    return sum;
+}
+
+#ifndef TERRAIN_CANONICAL
+// What the gradient at spacing_m leaves out and footprint_m shows, of ground at height_m; tangential.
+vec3 terrain_real_detail(vec3 D, float spacing_m, float footprint_m, float height_m) {
+    if (REAL_LEVEL_SAMPLES * spacing_m <= terrain_table.real_levels[0].sample_m) return vec3(0.0);
+    RealGround fine = terrain_real(D, footprint_m), coarse = terrain_real(D, spacing_m);
+    vec3 sum = fine.d_height - coarse.d_height + height_m * (fine.d_rest - coarse.d_rest);
+    vec3 up = terrain_table.up + D / terrain_table.radius_m;
+    return sum - up * dot(up, sum);
+}
+#endif
