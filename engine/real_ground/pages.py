@@ -35,6 +35,7 @@ _WHOLE_RINGS = 1
 """Rings of full weight: smoothing weights then leaves those of samples at 1."""
 STEEP_SIDE = 8
 """Samples a side of the squares that bounds on slopes are kept of."""
+ROUGH_SIDE, ROUGH = 20, PAGE // 20 + 5
 TABLE = 32
 """Pages a side of a block of the table of pages."""
 
@@ -54,6 +55,9 @@ class PageLevel:
     of_weights: Ints
     where: Ints
     polar: Floats
+    roughness: Heights
+    """(P, ROUGH, ROUGH): rms of the relief 2 to 4 samples wide, metres, at nodes ROUGH_SIDE samples apart; the first
+    is 2 of them before the page's own."""
     finest: bool
     """Whether it holds the samples of files as they are."""
 
@@ -123,12 +127,13 @@ def _page_slopes(level: PageLevel, radius_m: float) -> Floats:
 def pages_of(raw: RawLevel, coarser: Coarser | None, finest: bool) -> PageLevel | None:
     """The pages of a level; None where it has no height. coarser: heights of the next coarser level."""
     keys = sorted(_reached(raw))
-    heights, weights, of_weights, where = [], [], [], []
+    heights, weights, of_weights, where, roughness = [], [], [], [], []
     for j, i in keys:
         found = _page(raw, coarser, j, i)
         if found is None:
             continue
         where.append((j, i))
+        roughness.append(_roughness(raw, j, i))
         heights.append(found[0])
         of_weights.append(-1 if found[1] is None else len(weights))
         if found[1] is not None:
@@ -142,6 +147,7 @@ def pages_of(raw: RawLevel, coarser: Coarser | None, finest: bool) -> PageLevel 
         np.array(of_weights, dtype=np.int64),
         np.array(where, dtype=np.int64),
         _polar(raw),
+        np.stack(roughness),
         finest,
     )
 
@@ -199,6 +205,20 @@ def _page(raw: RawLevel, coarser: Coarser | None, j: int, i: int) -> tuple[Heigh
         return None
     filled = np.where(there, values, base + rest)[inner, inner].astype(np.float32)
     return filled, None if weight.min() == 1.0 else weight
+
+
+def _roughness(raw: RawLevel, j: int, i: int) -> Heights:
+    """(ROUGH, ROUGH): rms over squares about nodes of what a [1 2 1] blur takes away; 0 where there are no samples."""
+    before, side = ROUGH_SIDE * 5 // 2, ROUGH_SIDE * ROUGH
+    values = raw.window(j * PAGE - before - 1, i * PAGE - before - 1, side + 2, side + 2).astype(np.float64)
+    blurred = 0.25 * values[:-2] + 0.5 * values[1:-1] + 0.25 * values[2:]
+    blurred = 0.25 * blurred[:, :-2] + 0.5 * blurred[:, 1:-1] + 0.25 * blurred[:, 2:]
+    power = (values[1:-1, 1:-1] - blurred) ** 2
+    there = ~np.isnan(power)
+    squares = ROUGH, ROUGH_SIDE, ROUGH, ROUGH_SIDE
+    total = np.where(there, power, 0.0).reshape(squares).sum(axis=(1, 3))
+    count = there.reshape(squares).sum(axis=(1, 3))
+    return np.sqrt(total / np.maximum(count, 1)).astype(np.float32)
 
 
 def _around(values: Floats) -> Floats:

@@ -11,6 +11,7 @@ are 1 at samples and around them. Gradients as a spacing shows them leave out le
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,9 +19,19 @@ from numpy.typing import NDArray
 
 from .lattice import Lattice, sphere_place
 from .limited_cubic import limited_cubic
-from .pages import STEEP_SIDE, PageLevel
+from .pages import BEFORE, ROUGH_SIDE, STEEP_SIDE, PageLevel
 
-__all__ = ["DONE", "LEVEL_SAMPLES", "Composed", "RealGround", "World", "level_share", "sample_level"]
+__all__ = [
+    "DONE",
+    "LEVEL_SAMPLES",
+    "MOST_ROUGH",
+    "Composed",
+    "RealGround",
+    "Relief",
+    "World",
+    "level_share",
+    "sample_level",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,6 +41,8 @@ LEVEL_SAMPLES = 1.5
 _STEEPER = 2.0
 """Than between samples: the limited cubic's slope in the middle of a step is 1.5, at its ends up to 2.1 of the smaller
 one, and levels pass into one another."""
+MOST_ROUGH = 1.2
+"""Relief is not made rougher: vertices hand on up to 1.3."""
 DONE = 1e-7
 """A rest below that is none."""
 
@@ -45,6 +58,22 @@ class Composed:
     d_height: Floats
     seen_rest: Floats
     d_rest: Floats
+    relief: Relief
+
+
+@dataclass(frozen=True)
+class Relief:
+    """The relief below the samples at N places: its roughness (N,), the gradient (3, N) of that, or zeros, and the
+    distance (N,) of the samples below which it begins, metres."""
+
+    rough: Floats
+    d_rough: Floats
+    sample_m: Floats
+
+
+def _relief(rough: Floats, d_rough: Floats, deep: Floats) -> Relief:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return Relief(rough, d_rough, np.exp2(np.where(rough > 0.0, deep / rough, 0.0)))
 
 
 def level_share(sample_m: float, spacing_m: Floats, factor: float) -> Floats:
@@ -69,9 +98,17 @@ class RealGround:
 
     def heights(self, points: Floats) -> tuple[Floats, Floats]:
         """Metres (N,) at points (3, N), and the rest (N,) of the ground around that is added to them."""
-        world = World(points)
-        height, rest = np.zeros(points.shape[1]), np.ones(points.shape[1])
-        for level in self.levels:
+        return self.compose(points, None, 1.0)[:2]
+
+    def compose(
+        self, points: Floats, rough_by: Sequence[float] | None, radius_m: float, slopes: bool = False
+    ) -> tuple[Floats, Floats, Relief | None]:
+        """As heights, and the relief below the samples. rough_by: of each level, what makes of metres that its samples
+        differ by a roughness. slopes: with the gradient of that, as if levels didn't pass into one another."""
+        world, count = World(points), points.shape[1]
+        height, rest = np.zeros(count), np.ones(count)
+        rough, deep, d_rough = np.zeros(count), np.zeros(count), np.zeros((3, count))
+        for number, level in enumerate(self.levels):
             at = np.flatnonzero(rest > 0.0)
             if not at.size:
                 break
@@ -79,10 +116,20 @@ class RealGround:
             if found is None:
                 continue
             at = at[found.at]
-            height[at] += rest[at] * found.weight * found.height
+            share = rest[at] * found.weight
+            height[at] += share * found.height
+            if rough_by is not None:
+                metres, d_metres = found.roughness(level, slopes)
+                steep = rough_by[number] * metres
+                below = steep < MOST_ROUGH
+                rough[at] += share * np.where(below, steep, MOST_ROUGH)
+                deep[at] += share * np.where(below, steep, MOST_ROUGH) * np.log2(level.lattice.sample_m(radius_m))
+                if slopes:
+                    d_metres = _chain(d_metres * rough_by[number], world.jacobian(level.lattice, at))
+                    d_rough[:, at] += share * np.where(below, d_metres, 0.0)
             rest[at] *= 1.0 - found.weight
             rest[rest < DONE] = 0.0
-        return height, rest
+        return height, rest, None if rough_by is None else _relief(rough, d_rough, deep)
 
     def slopes(self, points: Floats, radius_m: float) -> Floats:
         """Slopes (N,) that the levels at points (3, N), and their passing into one another, hardly ever exceed."""
@@ -110,10 +157,12 @@ class RealGround:
         """The largest of these."""
         return _STEEPER * max(float(level.slopes(radius_m).max()) for level in self.levels)
 
-    def gradients(self, points: Floats, radius_m: float, spacing_m: Floats | None) -> Composed:
+    def gradients(
+        self, points: Floats, radius_m: float, spacing_m: Floats | None, rough_by: Sequence[float] | None = None
+    ) -> Composed:
         """As heights, with gradients that samples spacing_m (N,) apart show: None, all."""
         world, count = World(points), points.shape[1]
-        height, rest = self.heights(points)
+        height, rest, relief = self.compose(points, rough_by, radius_m, slopes=True)
         kept = np.ones(count)
         d_seen, d_kept = np.zeros((3, count)), np.zeros((3, count))
         for level, factor in zip(self.levels, self.factors, strict=True):
@@ -138,7 +187,8 @@ class RealGround:
             gone = kept < DONE
             kept[gone] = 0.0
             d_kept[:, gone] = 0.0
-        return Composed(height, rest, d_seen, kept, d_kept)
+        nothing = np.zeros(count)
+        return Composed(height, rest, d_seen, kept, d_kept, relief or Relief(nothing, d_kept, nothing))
 
 
 class World:
@@ -180,6 +230,20 @@ class _Sampled:
     d_height: Floats
     d_weight: Floats
     block: Ints
+    in_page: tuple[Ints, Floats, Floats]
+
+    def roughness(self, level: PageLevel, slopes: bool) -> tuple[Floats, Floats]:
+        """Metres (M,) that samples differ by, and derivatives (2, M) by column and row."""
+        page, x, y = self.in_page
+        x, y = x * (1.0 / ROUGH_SIDE) + 2.0, y * (1.0 / ROUGH_SIDE) + 2.0
+        i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        taps = _taps(level.roughness, page, j, i)
+        (wx, dx), (wy, dy) = _spline(x - i), _spline(y - j)
+        value = np.einsum("an,bn,ban->n", wx, wy, taps)
+        if not slopes:
+            return value, np.zeros((2, len(value)))
+        by = np.stack([np.einsum("an,bn,ban->n", dx, wy, taps), np.einsum("an,bn,ban->n", wx, dy, taps)])
+        return value, by * (1.0 / ROUGH_SIDE)
 
 
 def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
@@ -206,7 +270,7 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
     if not level.lattice.mercator:
         _towards_poles(level, v[inside], height, weight, d_height, d_weight)
     block = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE])
-    return _Sampled(inside, height, weight, d_height, d_weight, block)
+    return _Sampled(inside, height, weight, d_height, d_weight, block, (page, i + fx - BEFORE, j + fy - BEFORE))
 
 
 def _taps(pages: NDArray[np.float32], page: Ints, j: Ints, i: Ints) -> Floats:

@@ -240,7 +240,7 @@ def octave_table(
         faces, cell = table["map_faces"], np.floor(at)
         faces["near"], faces["place"], faces["cell"], faces["fraction"] = near, place, cell, at - cell
     if model.params.real is not None:
-        write_real(table, model.params.real, point, height_m)
+        write_real(table, model.params.real, model.real_rough, point, height_m)
     if model.params.rivers is not None:
         _write_rivers(table, model.params.rivers, point, height_m)
     if craters:

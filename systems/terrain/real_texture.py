@@ -8,13 +8,15 @@ texture's beginning: of each level the table of blocks, the pages of each block,
     6, 7  row and column of that sample in the page
     8, 9  slots of its heights and of its weights, -1: all are 1
     10    row of the page's first own sample
-    12-   words as 0-7 for each square of samples, row by row
+    12-   height differences of its samples at ROUGH x ROUGH nodes, float
+    133-  words as 0-7 for each square of samples, row by row
 
 A place is counted from the sample that is nearest of these: float then knows it to 2e-6 of a sample, or 4e-7.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
@@ -25,14 +27,15 @@ from numpy.typing import NDArray
 from ...engine.blocks.layout import IVec2, IVec3, Vec2, Vec3, Vec4
 from ...engine.made_shaders import made_shader
 from ...engine.real_ground.lattice import directions_at
-from ...engine.real_ground.pages import BEFORE, PAGE, SLOT, TABLE, PageLevel
-from ...engine.real_ground.real_ground import DONE, LEVEL_SAMPLES, RealGround
+from ...engine.real_ground.pages import BEFORE, PAGE, ROUGH, ROUGH_SIDE, SLOT, TABLE, PageLevel
+from ...engine.real_ground.real_ground import DONE, LEVEL_SAMPLES, MOST_ROUGH, RealGround
 
 __all__ = ["MOST_LEVELS", "TerrainReal", "TerrainRealLevel", "fixed_unit_m", "real_texels", "write_real"]
 
 MOST_LEVELS = 24
 _MIDDLE = PAGE // 2
-_PLACE, _FIRST_SQUARE = 8, 12
+_PLACE, _FIRST_NODE = 8, 12
+_FIRST_SQUARE = _FIRST_NODE + ROUGH * ROUGH
 _NEAR, _NEARER, _FEW_PAGES = 15, 3, 64
 """Samples a side of squares; of levels of few pages, which are coarse and where heights change more from one sample to
 the next."""
@@ -48,6 +51,7 @@ class TerrainReal:
     levels: Annotated[int, "0: there are no tiles"]
     part: Annotated[Vec3, "of a unit beyond that"]
     width_bits: Annotated[int, "of the texture's rows"]
+    rough: Annotated[int, "whether relief goes on below samples"]
     ground_m: Annotated[float, "what heights count from"]
     ground_rest_m: Annotated[float, "and what float leaves of it"]
 
@@ -59,6 +63,7 @@ class TerrainRealLevel:
     phase: Vec2
     per_rad: Annotated[Vec2, "columns and rows by an angle"]
     sample_m: float
+    rough_per_m: Annotated[float, "roughness of the relief below its samples, by their height differences"]
     octaves: Annotated[float, "to the next level of its set; 0: there is none"]
     first_column: float
     mercator: int
@@ -76,7 +81,8 @@ class TerrainRealLevel:
 def _shader() -> str:
     numbers: dict[str, Any] = {
         "PAGE": PAGE, "BEFORE": BEFORE, "SLOT_BITS": _SLOT_BITS, "TABLE": TABLE, "PLACE": _PLACE,
-        "FIRST_SQUARE": _FIRST_SQUARE, "LEVEL_SAMPLES": LEVEL_SAMPLES, "DONE": DONE, "PI": 3.14159265358979,
+        "FIRST_SQUARE": _FIRST_SQUARE, "FIRST_NODE": _FIRST_NODE, "ROUGH": ROUGH, "ROUGH_SIDE": float(ROUGH_SIDE),
+        "LEVEL_SAMPLES": LEVEL_SAMPLES, "DONE": DONE, "MOST_ROUGH": MOST_ROUGH, "PI": 3.14159265358979,
     }  # fmt: skip
     return "".join(f"const {type(v).__name__} REAL_{name} = {v};\n" for name, v in numbers.items())
 
@@ -143,6 +149,7 @@ def _records(level: PageLevel, unit_m: float, radius_m: float, heights: int, wei
     found[:, 8] = heights + np.arange(count)
     found[:, 9] = np.where(level.of_weights >= 0, weights + level.of_weights, -1)
     found[:, 10] = level.where[:, 0] * PAGE
+    found[:, _FIRST_NODE:_FIRST_SQUARE] = level.roughness.reshape(count, -1).view(np.int32)
     at = near * np.arange(PAGE // near) + near // 2
     columns, rows = (v.ravel() for v in np.meshgrid(at, at))
     found[:, _FIRST_SQUARE:] = _places(level, unit_m, radius_m, rows, columns).reshape(count, -1)
@@ -177,13 +184,21 @@ def _places(
     return found
 
 
-def write_real(table: NDArray[Any], found: RealGround, point_m: NDArray[np.float64], height_m: float) -> None:
-    """The tiles' part of the height function's table around a point (3,), where heights count from height_m."""
+def write_real(
+    table: NDArray[Any],
+    found: RealGround,
+    rough_by: Sequence[float] | None,
+    point_m: NDArray[np.float64],
+    height_m: float,
+) -> None:
+    """The tiles' part of the height function's table around a point (3,), where heights count from height_m. rough_by:
+    as Model.real_rough."""
     unit_m, radius_m = float(table["fixed_unit_m"]), float(table["radius_m"])
     layout, _ = _texels(found, unit_m, radius_m)
     real, whole = table["real"], np.floor(point_m / unit_m)
     real["place"], real["part"] = whole, point_m / unit_m - whole
     real["levels"], real["width_bits"] = len(found.levels), layout.width_bits
+    real["rough"] = int(rough_by is not None)
     real["ground_m"] = height_m
     real["ground_rest_m"] = height_m - float(real["ground_m"])
     for number, (level, factor) in enumerate(zip(found.levels, found.factors, strict=True)):
@@ -193,6 +208,7 @@ def write_real(table: NDArray[Any], found: RealGround, point_m: NDArray[np.float
         by_angle = lattice.down / (2.0 * np.pi if lattice.mercator else np.pi)
         row["per_rad"] = lattice.across / (2.0 * np.pi), by_angle
         row["sample_m"] = lattice.sample_m(radius_m)
+        row["rough_per_m"] = 0.0 if rough_by is None else rough_by[number]
         row["octaves"] = np.log2(factor) if factor else 0.0
         row["first_column"], row["mercator"] = level.first_column, int(lattice.mercator)
         row["page_columns"] = -(-lattice.period // PAGE)

@@ -23,8 +23,8 @@ OUTPUTS = {"dh": "float", "gradient": "vec3"}
 CANONICAL = "Pair h; TerrainPoint p = terrain_canonical(Pair3(high, low), spacing, h); metres = vec2(h.high, h.low);"
 
 
-@pytest.fixture(scope="module")
-def country(tmp_path_factory):
+@pytest.fixture(scope="module", params=[0.0, 1.0], ids=["bare", "detail"])
+def country(tmp_path_factory, request):
     """Tiles of 3 minutes, one of 3 seconds among them that is rough, and pixels of 7 m within that one."""
     folder = tmp_path_factory.mktemp("country")
     write_country(folder / "coarse", 40, 0, 10, 20, 21)
@@ -33,7 +33,8 @@ def country(tmp_path_factory):
     x, y = 8514, 5792  # of zoom 14, about 46.5 N, 7.1 E
     for dx in range(2):
         write_png_tile(folder / "finest", 14, x + dx, y)
-    return replace(PLAIN, real=real_ground(str(folder), 256_000_000, "Terrain.height_map"))
+    real = real_ground(str(folder), 256_000_000, "Terrain.height_map")
+    return replace(PLAIN, real=real, height_map_detail=request.param)
 
 
 @pytest.fixture

@@ -14,6 +14,10 @@ struct RealGround {
     TERRAIN_REAL height;
     float rest, seen_rest;
     vec3 d_height, d_rest;
+    // the relief below the samples: its roughness with the gradient of that, and the logarithm of the samples' distance
+    // in metres, times the roughness
+    float rough, deep;
+    vec3 d_rough;
 };
 
 int real_word(int index) {
@@ -125,15 +129,16 @@ float real_cubic(ivec2 at, vec2 f, out float center, out vec2 by) {
     return row.y + over;
 }
 
+// Weights of the cubic B-spline, and their derivatives.
+vec4 real_spline(float f, out vec4 slope) {
+    float g = 1.0 - f;
+    slope = vec4(-0.5 * g * g, f * (1.5 * f - 2.0), -g * (1.5 * g - 2.0), 0.5 * f * f);
+    return vec4(g * g * g, 4.0 - f * f * (6.0 - 3.0 * f), 4.0 - g * g * (6.0 - 3.0 * g), f * f * f) / 6.0;
+}
+
 // The B-spline through weights.
 float real_weight(ivec2 at, vec2 f, out vec2 by) {
-    vec2 g = 1.0 - f;
-    vec4 wx = vec4(g.x * g.x * g.x, 4.0 - f.x * f.x * (6.0 - 3.0 * f.x), 4.0 - g.x * g.x * (6.0 - 3.0 * g.x),
-        f.x * f.x * f.x) / 6.0;
-    vec4 wy = vec4(g.y * g.y * g.y, 4.0 - f.y * f.y * (6.0 - 3.0 * f.y), 4.0 - g.y * g.y * (6.0 - 3.0 * g.y),
-        f.y * f.y * f.y) / 6.0;
-    vec4 dx = vec4(-0.5 * g.x * g.x, f.x * (1.5 * f.x - 2.0), -g.x * (1.5 * g.x - 2.0), 0.5 * f.x * f.x);
-    vec4 dy = vec4(-0.5 * g.y * g.y, f.y * (1.5 * f.y - 2.0), -g.y * (1.5 * g.y - 2.0), 0.5 * f.y * f.y);
+    vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy);
     vec4 sums = vec4(0.0), slopes = vec4(0.0);
     float center = uintBitsToFloat(texelFetch(u_real_ground, at + 1, 0).r);
     for (int b = 0; b < 4; ++b) {
@@ -146,11 +151,27 @@ float real_weight(ivec2 at, vec2 f, out vec2 by) {
     return weight > 1.0 - REAL_DONE ? 1.0 : weight;
 }
 
-// One level at a place.
+// The B-spline through height differences of samples, at a place in the page; by: derivatives by column and row.
+float real_roughness(int record, vec2 place, out vec2 by) {
+    vec2 at = place / REAL_ROUGH_SIDE + 2.0, f = at - floor(at);
+    ivec2 node = clamp(ivec2(floor(at)) - 1, 0, REAL_ROUGH - 4);
+    vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy), sums, slopes;
+    for (int b = 0; b < 4; ++b) {
+        int word = record + REAL_FIRST_NODE + (node.y + b) * REAL_ROUGH + node.x;
+        vec4 row = intBitsToFloat(ivec4(real_word(word), real_word(word + 1), real_word(word + 2),
+            real_word(word + 3)));
+        sums[b] = dot(wx, row);
+        slopes[b] = dot(dx, row);
+    }
+    by = vec2(dot(wy, slopes), dot(dy, sums)) / REAL_ROUGH_SIDE;
+    return dot(wy, sums);
+}
+
+// One level at a place; rough: of the relief below its samples.
 struct RealSample {
     TERRAIN_REAL height;
-    float weight;
-    vec3 d_height, d_weight;
+    float weight, rough;
+    vec3 d_height, d_weight, d_rough;
 };
 
 // Between the last row and a pole all meridians come to the same height. rows: from the pole; sign: 1 at the north one.
@@ -209,6 +230,14 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, out RealSample
     real_jacobian(level, p, by_column, by_row);
     found.d_height = d_height.x * by_column + d_height.y * by_row;
     found.d_weight = d_weight.x * by_column + d_weight.y * by_row;
+    found.rough = 0.0;
+    found.d_rough = vec3(0.0);
+    if (terrain_table.real.rough != 0) {
+        vec2 by;
+        found.rough = level.rough_per_m * real_roughness(record, vec2(cell) + f, by);
+        if (found.rough < REAL_MOST_ROUGH) found.d_rough = level.rough_per_m * (by.x * by_column + by.y * by_row);
+        found.rough = min(found.rough, REAL_MOST_ROUGH);
+    }
     return true;
 }
 
@@ -218,8 +247,33 @@ float real_share(TerrainRealLevel level, float spacing_m) {
     return clamp(1.0 - log2(REAL_LEVEL_SAMPLES * spacing_m / level.sample_m) / level.octaves, 0.0, 1.0);
 }
 
+// Share of a layer of relief below samples: 1 where it is shorter than two of them, 0 from four on.
+float real_below(RealGround real, float wavelength_m) {
+    float sample_m = exp2(real.deep / max(real.rough, 1e-20));
+    return 1.0 - clamp((wavelength_m / sample_m - 2.0) / 2.0, 0.0, 1.0);
+}
+
+// Metres of the layers that no warp bends, below the samples; slope: their gradient as the spacing shows it.
+float terrain_real_relief(RealGround real, TERRAIN_PLACE D, float spacing_m, out vec3 slope) {
+    slope = vec3(0.0);
+    float sum = 0.0, seen = 0.0;
+    int end = real.rough > 0.0 ? terrain_shown_layers(spacing_m) : 0, i = terrain_table.warped_layers;
+    if (i < end) do {
+        TerrainLayer layer = terrain_table.layers[i];
+        vec4 n = terrain_noise(layer.lattice, D);
+        float whole = layer.amplitude_m * real_below(real, layer.lattice.wavelength_m);
+        float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
+        float metres = whole * terrain_ridge(n.w, layer.ridge);
+        sum += metres * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+        seen += metres * weight;
+        slope += (whole * weight * terrain_ridge_slope(n.w, layer.ridge)) * n.xyz;
+    } while (++i < end);
+    slope = real.rough * slope + seen * real.d_rough;
+    return real.rough * sum;
+}
+
 RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) {
-    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), 1.0, 1.0, vec3(0.0), vec3(0.0));
+    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), 1.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0, vec3(0.0));
     vec3 p = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
     int k = 0, levels = terrain_table.real.levels;
     if (k < levels) do {
@@ -227,7 +281,11 @@ RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) {
         float share = sum.seen_rest > 0.0 ? real_share(level, spacing_m) : 0.0;
         RealSample found;
         if ((sum.rest > 0.0 || share > 0.0) && real_sample(level, D, p, found)) {
-            sum.height = TERRAIN_SUM(sum.height, TERRAIN_PRODUCT(sum.rest * found.weight, found.height));
+            float part = sum.rest * found.weight;
+            sum.height = TERRAIN_SUM(sum.height, TERRAIN_PRODUCT(part, found.height));
+            sum.rough += part * found.rough;
+            sum.deep += part * found.rough * log2(level.sample_m);
+            sum.d_rough += part * found.d_rough;
             sum.rest *= 1.0 - found.weight;
             float weight = share * found.weight, kept = sum.seen_rest, h = TERRAIN_SINGLE(found.height);
             vec3 d_weight = share * found.d_weight;
@@ -245,10 +303,11 @@ RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) {
 }
 
 #ifndef TERRAIN_CANONICAL
-// What the gradient at spacing_m leaves out and footprint_m shows, of ground at height_m; tangential.
-vec3 terrain_real_detail(vec3 D, float spacing_m, float footprint_m, float height_m) {
+// What the gradient at spacing_m leaves out and `fine`, for the pixel's footprint, has, of ground at height_m;
+// tangential.
+vec3 terrain_real_detail(RealGround fine, vec3 D, float spacing_m, float height_m) {
     if (REAL_LEVEL_SAMPLES * spacing_m <= terrain_table.real_levels[0].sample_m) return vec3(0.0);
-    RealGround fine = terrain_real(D, footprint_m), coarse = terrain_real(D, spacing_m);
+    RealGround coarse = terrain_real(D, spacing_m);
     vec3 sum = fine.d_height - coarse.d_height + height_m * (fine.d_rest - coarse.d_rest);
     vec3 up = terrain_table.up + D / terrain_table.radius_m;
     return sum - up * dot(up, sum);
