@@ -30,7 +30,8 @@ class RawLevel:
         self.lattice = lattice
         self.blocks: dict[tuple[int, int], Heights] = {}
         """By (row, column) of blocks."""
-        self._counts: dict[tuple[int, int], NDArray[np.uint16]] = {}
+        self.counts: dict[tuple[int, int], NDArray[np.uint16]] = {}
+        """Of how many samples each is a sum, until `finish`."""
         half = 2.0 * lattice.phase_y
         self._mirrored = not lattice.mercator and lattice.period % 2 == 0 and lattice.period > 0
         self._mirrored &= abs(half - round(half)) < 1e-9 and abs(lattice.down - round(lattice.down)) < 1e-6
@@ -55,16 +56,16 @@ class RawLevel:
             block = self.blocks.get((j, i))
             if block is None:
                 block = self.blocks[j, i] = np.zeros((BLOCK, BLOCK), np.float32)
-                self._counts[j, i] = np.zeros((BLOCK, BLOCK), np.uint16)
+                self.counts[j, i] = np.zeros((BLOCK, BLOCK), np.uint16)
             block[outer] += sums[inner]
-            self._counts[j, i][outer] += counts[inner]
+            self.counts[j, i][outer] += counts[inner]
 
     def finish(self) -> None:
         """Means in place of sums."""
-        for key, counts in self._counts.items():
+        for key, counts in self.counts.items():
             with np.errstate(invalid="ignore", divide="ignore"):
                 self.blocks[key] = np.where(counts > 0, self.blocks[key] / counts, np.float32(np.nan))
-        self._counts.clear()
+        self.counts.clear()
 
     def _parts(
         self, shape: tuple[int, ...], column: int, row: int

@@ -6,10 +6,12 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .kept_ground import Keeper
 from .lattice import directions_at
 from .pages import SLOT, PageLevel, pages_of
 from .raw_level import BLOCK, RawLevel, factor_of
@@ -17,11 +19,13 @@ from .real_ground import RealGround, World, sample_level
 from .tile_files import TileError, read_tile
 from .tile_index import TileSet, open_tiles, tiles_stamp
 
-__all__ = ["real_ground", "resident_ground"]
+__all__ = ["MOST_LEVELS", "make_ground", "real_ground", "resident_ground"]
 
 log = logging.getLogger(__name__)
 
 Progress = Callable[[int, int], None]
+MOST_LEVELS = 24
+"""Of all sets together: the GPU has room for so many."""
 _WIDEST_STEP_DEG = 0.14
 """Levels end at samples so far apart: the margin of the last one is 1000 km wide on Earth."""
 _SLOT_BYTES = 4 * SLOT * SLOT
@@ -34,8 +38,24 @@ def real_ground(path: str, most_bytes: int, what: str) -> RealGround:
 
 
 @lru_cache(maxsize=2)
-def _real_ground(path: str, most_bytes: int, what: str, _stamp: tuple[object, ...]) -> RealGround:
-    return resident_ground(open_tiles(path, what), most_bytes, what)
+def _real_ground(path: str, most_bytes: int, what: str, stamp: tuple[object, ...]) -> RealGround:
+    found = Keeper(stamp, most_bytes).load()
+    return found or resident_ground(open_tiles(path, what), most_bytes, what)
+
+
+def make_ground(path: str, most_bytes: int, what: str, progress: Progress | None = None) -> tuple[RealGround, Path]:
+    """Read the map at `path` and keep its levels, so that scenes start at once; and the file they are in. What was cut
+    off goes on where it was. TileError says what is wrong."""
+    keeper = Keeper(tiles_stamp(path), most_bytes)
+    file = keeper.file
+    if file is None:
+        raise TileError(f"{what}: there is no cache folder (PLANETFALL_CACHE is empty); unset it, or name a folder")
+    found = keeper.load()
+    if found is None:
+        found = resident_ground(open_tiles(path, what, progress), most_bytes, what, progress, keeper)
+        if keeper.save(found) is None:
+            raise TileError(f"{what}: {file} can't be written; make room, or set PLANETFALL_CACHE to another folder")
+    return found, file
 
 
 @dataclass(frozen=True)
@@ -47,13 +67,13 @@ class _Plan:
 
 
 def resident_ground(
-    sets: Sequence[TileSet], most_bytes: int, what: str, progress: Progress | None = None
+    sets: Sequence[TileSet], most_bytes: int, what: str, progress: Progress | None = None, keeper: Keeper | None = None
 ) -> RealGround:
-    """Levels of all sets. progress: (tiles read, of how many)."""
+    """Levels of all sets. progress: (tiles read, of how many). keeper: keeps what was read so far."""
     plans = _plans(sets, most_bytes)
     total, done = sum(len(plan.tiles) for plan in plans), 0
     levels: list[tuple[PageLevel, int]] = []
-    for plan in plans:
+    for number, plan in enumerate(plans):
         if plan.factor > 1:
             log.warning(
                 "%s: %s is read at 1/%d of its resolution, to fit into Terrain.height_map_most_mb = %g; raise it",
@@ -64,10 +84,15 @@ def resident_ground(
             if progress is not None:
                 progress(before + tiles, total)
 
-        levels += _levels(_read(plan, what, report), plan.factor == 1)
+        levels += _levels(_read(plan, number, what, report, keeper), plan.factor == 1)
         done += len(plan.tiles)
     if not levels:
         raise TileError(f"{what}: none of the {total} tiles has a height; fetch them again")
+    if len(levels) > MOST_LEVELS:
+        raise TileError(
+            f"{what}: {len(sets)} sets of tiles of different resolutions make {len(levels)} levels; expected at most "
+            f"{MOST_LEVELS}: remove the sets that others cover"
+        )
     levels.sort(key=lambda found: found[0].lattice.step_deg)
     samples = [level.heights for level, _ in levels if level.finest] or [level.heights for level, _ in levels]
     low, high = min(float(v.min()) for v in samples), max(float(v.max()) for v in samples)
@@ -98,7 +123,7 @@ def _bytes(plan: _Plan) -> int:
     return int((1.08 * samples / BLOCK**2 + 8.0 * side + 8.0) * _SLOT_BYTES)
 
 
-def _read(plan: _Plan, what: str, report: Callable[[int], None]) -> RawLevel:
+def _read(plan: _Plan, number_of_set: int, what: str, report: Callable[[int], None], keeper: Keeper | None) -> RawLevel:
     """The finest level of a set: samples as they are, or means of squares of them."""
     tiles, factor = plan.tiles, plan.factor
     lattice = tiles.lattice
@@ -109,7 +134,11 @@ def _read(plan: _Plan, what: str, report: Callable[[int], None]) -> RawLevel:
             step = factor_of(lattice)
             lattice, left = lattice.coarser(step), left // step
         found = RawLevel(lattice)
-    for number in range(len(tiles)):
+    began = None if keeper is None else keeper.began(number_of_set)
+    first = 0
+    if began is not None:
+        first, found = began
+    for number in range(first, len(tiles)):
         file, where = tiles.tile(number)
         try:
             values = read_tile(file, where, tiles.folder.png)
@@ -123,6 +152,8 @@ def _read(plan: _Plan, what: str, report: Callable[[int], None]) -> RawLevel:
         else:
             found.add(*_blocks(values, where.column, where.row, factor))
         report(number + 1)
+        if keeper is not None:
+            keeper.keep(number_of_set, number + 1, found)
     found.finish()
     return found
 

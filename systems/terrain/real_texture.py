@@ -29,10 +29,10 @@ from ...engine.made_shaders import made_shader
 from ...engine.real_ground.lattice import directions_at
 from ...engine.real_ground.pages import BEFORE, PAGE, ROUGH, ROUGH_SIDE, SLOT, TABLE, PageLevel
 from ...engine.real_ground.real_ground import DONE, LEVEL_SAMPLES, MOST_ROUGH, RealGround
+from ...engine.real_ground.resident import MOST_LEVELS
 
 __all__ = ["MOST_LEVELS", "TerrainReal", "TerrainRealLevel", "fixed_unit_m", "real_texels", "write_real"]
 
-MOST_LEVELS = 24
 _MIDDLE = PAGE // 2
 _PLACE, _FIRST_NODE = 8, 12
 _FIRST_SQUARE = _FIRST_NODE + ROUGH * ROUGH
