@@ -57,6 +57,7 @@ def survey(
     north, east = bounds[:, 2:].max(axis=0)
     picture = None
     scale = longest_px / max(north - south, east - west, 1e-9)
+    scale = min(scale, 1.0 / min(tiles.lattice.step_deg for tiles in sets))  # no pixel is smaller than a sample
     if longest_px:
         shape = max(int(np.ceil((north - south) * scale)), 1), max(int(np.ceil((east - west) * scale)), 1)
         picture = np.full(shape, np.nan)

@@ -11,7 +11,7 @@ __all__ = ["read_place"]
 _NUMBER = r"(\d+(?:\.\d+)?)"
 _ANGLE = re.compile(
     rf"\s*([NSEWO])?\s*([+-]?)\s*{_NUMBER}\s*(?:°|º|deg|d|\s|$|(?=[,;NSEWO]))?"
-    rf"\s*(?:{_NUMBER}\s*(?:'|′|’|m(?!\w))\s*)?(?:{_NUMBER}\s*(?:\"|″|”|''|s(?!\w))\s*)?([NSEWO])?\s*[,;]?",
+    rf"\s*(?:{_NUMBER}\s*(?:'|′|’|m(?!\w))\s*)?(?:{_NUMBER}\s*(?:\"|″|”|''|s(?!\w))\s*)?(?(1)|([NSEWO])?)\s*[,;]?",
     re.IGNORECASE,
 )
 _EXAMPLES = "46°33'25\"N 7°59'3\"E, 46.557 N 7.984 E, or 46.557, 7.984"
@@ -30,8 +30,6 @@ def read_place(text: str) -> tuple[float, float]:
         if match is None or match.end() == at:
             raise _unread(text)
         before, sign, degrees, minutes, seconds, behind = match.groups()
-        if before and behind:
-            raise _unread(text)
         if any(part is not None and float(part) >= 60.0 for part in (minutes, seconds)):
             raise _unread(text)
         if minutes is not None and "." in degrees:
