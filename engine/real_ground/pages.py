@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,23 +182,20 @@ def _page(raw: RawLevel, coarser: Coarser | None, j: int, i: int) -> tuple[Heigh
         return values[inner, inner].copy(), None
     if not there.any():
         return None
-    base = np.zeros((side, side))
-    if coarser is not None:
-        rows, columns = np.meshgrid(np.arange(row, row + side), np.arange(column, column + side), indexing="ij")
-        latitude, longitude = raw.lattice.place(columns, rows)
-        over = np.abs(latitude) > 90.0  # beyond a pole the other side follows
-        latitude = np.where(over, np.sign(latitude) * 180.0 - latitude, latitude)
-        longitude = np.where(over, longitude + 180.0, longitude)
-        found = coarser(latitude.ravel(), longitude.ravel()).reshape(side, side)
-        base = np.where(np.isnan(found), 0.0, found)
-    rest = np.where(there, values - base, 0.0)
     ring = np.where(there, 0, RINGS + 1)
+    for number in range(1, RINGS + 1):
+        ring[(ring > number) & (_around((ring < number).astype(np.int8)) > 0)] = number
+    base = np.zeros((side, side))
+    # Beyond the samples, and at those that are next to it.
+    asked = np.flatnonzero((ring <= RINGS) & (_around((ring > 0).astype(np.int8)) > 0))
+    if coarser is not None and asked.size:
+        base.ravel()[asked] = _coarser_heights(raw.lattice, coarser, row + asked // side, column + asked % side)
+    rest = np.where(there, values - base, 0.0)
     for number in range(1, RINGS + 1):
         known = ring < number
         count, total = _around(known.astype(np.float64)), _around(np.where(known, rest, 0.0))
-        new = ~known & (count > 0.0)
+        new = ring == number
         rest[new] = total[new] / count[new]
-        ring[new] = number
     weight = np.clip((ring - _WHOLE_RINGS) / (RINGS - 1.0 - _WHOLE_RINGS), 0.0, 1.0)
     weight = 1.0 - weight * weight * (3.0 - 2.0 * weight)
     weight = weight[inner, inner].astype(np.float32)
@@ -205,6 +203,15 @@ def _page(raw: RawLevel, coarser: Coarser | None, j: int, i: int) -> tuple[Heigh
         return None
     filled = np.where(there, values, base + rest)[inner, inner].astype(np.float32)
     return filled, None if weight.min() == 1.0 else weight
+
+
+def _coarser_heights(lattice: Lattice, coarser: Coarser, rows: Ints, columns: Ints) -> Floats:
+    """At samples (N,): 0 where the coarser level has nothing."""
+    latitude, longitude = lattice.place(columns, rows)
+    over = np.abs(latitude) > 90.0  # beyond a pole the other side follows
+    latitude = np.where(over, np.sign(latitude) * 180.0 - latitude, latitude)
+    found = coarser(latitude, np.where(over, longitude + 180.0, longitude))
+    return np.where(np.isnan(found), 0.0, found)
 
 
 def _roughness(raw: RawLevel, j: int, i: int) -> Heights:
@@ -221,7 +228,7 @@ def _roughness(raw: RawLevel, j: int, i: int) -> Heights:
     return np.sqrt(total / np.maximum(count, 1)).astype(np.float32)
 
 
-def _around(values: Floats) -> Floats:
+def _around(values: NDArray[Any]) -> NDArray[Any]:
     """Sums over squares of 3 x 3."""
     wide = np.pad(values, 1)
     rows = wide[:-2] + wide[1:-1] + wide[2:]

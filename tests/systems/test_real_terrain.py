@@ -103,8 +103,8 @@ def test_spheres_touch_it(folder):
     ground = pf.TerrainSampler(scene_of(folder))
     up = pf.direction(np.array([46.51, 46.48]), np.array([7.52, 7.47]))
     centre = up * (RADIUS_M + ground.height(up) + 0.4)[:, None]
-    contact = ground.sphere_contact(centre, np.full(2, 0.5))
-    assert (np.asarray(contact.depth_m) > 0.05).all()
+    depth, normal = ground.sphere_contact(centre, np.full(2, 0.5))
+    assert (depth > 0.05).all() and ((normal * up).sum(axis=1) > 0.5).all()
 
 
 def test_relief_goes_on_below_the_samples(folder):
