@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["MERCATOR_SIDE_M", "Lattice", "directions_at", "sphere_place"]
 
@@ -65,7 +65,7 @@ class Lattice:
             for a, b in ((self.phase_x, other.phase_x), (self.phase_y, other.phase_y))
         )
 
-    def world(self, latitude_deg: Floats, longitude_deg: Floats) -> tuple[Floats, Floats]:
+    def world(self, latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> tuple[Floats, Floats]:
         """(u, v) of places."""
         u = np.asarray(longitude_deg, dtype=np.float64) / 360.0 + 0.5
         latitude = np.asarray(latitude_deg, dtype=np.float64)
@@ -79,7 +79,7 @@ class Lattice:
         """Columns and rows, as fractions, of places of the world."""
         return u * self.across - self.phase_x, v * self.down - self.phase_y
 
-    def place(self, column: Floats, row: Floats) -> tuple[Floats, Floats]:
+    def place(self, column: ArrayLike, row: ArrayLike) -> tuple[Floats, Floats]:
         """Latitude and longitude of samples, degrees."""
         u = (np.asarray(column, dtype=np.float64) + self.phase_x) / self.across
         v = (np.asarray(row, dtype=np.float64) + self.phase_y) / self.down
@@ -98,7 +98,7 @@ class Lattice:
         )
 
 
-def directions_at(latitude_deg: Floats, longitude_deg: Floats) -> Floats:
+def directions_at(latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> Floats:
     """Unit vectors (3, ...) of places."""
     latitude, longitude = np.broadcast_arrays(np.radians(latitude_deg), np.radians(longitude_deg))
     flat = np.cos(latitude)

@@ -94,17 +94,18 @@ class PageLevel:
     def find(self, u: Floats, v: Floats) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Of places of the world (N,): the page (-1: none), the sample in its slot (row, column) that is north-west of
         it, and fractions east and south of that."""
-        x, y = self.lattice.index(u, v)
+        counted, y = self.lattice.index(u, v)
         low = self.first_column
-        x = low + np.mod(x - low, self.lattice.across)
-        page_x, page_y = np.floor(x / PAGE).astype(np.int64), np.floor(y / PAGE).astype(np.int64)
-        page_y = np.maximum(page_y, 0)
-        i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        x: Floats = low + np.mod(counted - low, self.lattice.across)
+        page_x: Ints = np.floor(x / PAGE).astype(np.int64)
+        page_y: Ints = np.maximum(np.floor(y / PAGE).astype(np.int64), 0)
+        i: Ints = np.floor(x).astype(np.int64)
+        j: Ints = np.floor(y).astype(np.int64)
         first_row, first_column, blocks, pages = self.table
         block_y, block_x = page_y // TABLE - first_row, page_x // TABLE - first_column
         inside = (block_y >= 0) & (block_x >= 0) & (block_y < blocks.shape[0]) & (block_x < blocks.shape[1])
         block = np.where(inside, blocks[np.where(inside, block_y, 0), np.where(inside, block_x, 0)], -1)
-        page = np.where(block >= 0, pages[block, page_y % TABLE, page_x % TABLE], -1)
+        page: Ints = np.where(block >= 0, pages[block, page_y % TABLE, page_x % TABLE], -1)
         return page, j - page_y * PAGE + BEFORE, i - page_x * PAGE + BEFORE, x - i, y - j
 
 

@@ -252,7 +252,7 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
     inside = np.flatnonzero(page >= 0)
     if not inside.size:
         return None
-    page, j, i, fx, fy = (w[inside] for w in (page, j, i, fx, fy))
+    page, j, i, fx, fy = page[inside], j[inside], i[inside], fx[inside], fy[inside]
     taps = _taps(level.heights, page, j, i)
     rows = [limited_cubic(taps[b], fx) for b in range(4)]
     height, by_y, by_x = limited_cubic(np.stack([r[0] for r in rows]), fy, np.stack([r[1] for r in rows]))
