@@ -52,12 +52,13 @@ class Keeper:
         factors = tuple(int(v) for v in held["factors"])
         levels = tuple(_level(held, k) for k in range(len(factors)))
         low, high = (float(v) for v in held["bounds"])
-        return RealGround(levels, factors, low, high)
+        return RealGround(levels, factors, tuple(int(v) for v in held["finest_of"]), low, high)
 
     def save(self, ground: RealGround) -> Path | None:
         """The file, None where none could be written."""
         arrays: dict[str, NDArray[Any]] = {
             "factors": np.array(ground.factors),
+            "finest_of": np.array(ground.finest_of),
             "bounds": np.array([ground.lowest_m, ground.highest_m]),
         }
         for k, level in enumerate(ground.levels):

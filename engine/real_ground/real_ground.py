@@ -88,11 +88,13 @@ class RealGround:
     """Levels, the finest first; factors: how many times finer each is than the next one of its set, 0 for the coarsest.
     Equal only to itself.
 
-    lowest_m, highest_m: of all samples, with room for the cubic between them.
+    finest_of: of each level the finest one of its set. lowest_m, highest_m: of all samples, with room for the cubic
+    between them.
     """
 
     levels: tuple[PageLevel, ...]
     factors: tuple[int, ...]
+    finest_of: tuple[int, ...]
     lowest_m: float
     highest_m: float
 

@@ -72,7 +72,7 @@ def resident_ground(
     """Levels of all sets. progress: (tiles read, of how many). keeper: keeps what was read so far."""
     plans = _plans(sets, most_bytes)
     total, done = sum(len(plan.tiles) for plan in plans), 0
-    levels: list[tuple[PageLevel, int]] = []
+    levels: list[tuple[PageLevel, int, int]] = []
     for number, plan in enumerate(plans):
         if plan.factor > 1:
             log.warning(
@@ -84,7 +84,8 @@ def resident_ground(
             if progress is not None:
                 progress(before + tiles, total)
 
-        levels += _levels(_read(plan, number, what, report, keeper), plan.factor == 1)
+        found = _levels(_read(plan, number, what, report, keeper), plan.factor == 1)
+        levels += [(level, factor, number) for level, factor in found]
         done += len(plan.tiles)
     if not levels:
         raise TileError(f"{what}: none of the {total} tiles has a height; fetch them again")
@@ -94,12 +95,17 @@ def resident_ground(
             f"{MOST_LEVELS}: remove the sets that others cover"
         )
     levels.sort(key=lambda found: found[0].lattice.step_deg)
-    samples = [level.heights for level, _ in levels if level.finest] or [level.heights for level, _ in levels]
-    low, high = min(float(v.min()) for v in samples), max(float(v.max()) for v in samples)
-    for level, _ in levels:
-        low, high = min(low, float(level.heights.min())), max(high, float(level.heights.max()))
+    low = min(float(level.heights.min()) for level, _, _ in levels)
+    high = max(float(level.heights.max()) for level, _, _ in levels)
+    of_set = [number for _, _, number in levels]
     room = 0.05 * max(high - low, 1.0)
-    return RealGround(tuple(v for v, _ in levels), tuple(f for _, f in levels), low - room, high + room)
+    return RealGround(
+        tuple(level for level, _, _ in levels),
+        tuple(factor for _, factor, _ in levels),
+        tuple(of_set.index(number) for number in of_set),
+        low - room,
+        high + room,
+    )
 
 
 def _plans(sets: Sequence[TileSet], most_bytes: int) -> list[_Plan]:

@@ -63,6 +63,7 @@ class TerrainRealLevel:
     phase: Vec2
     per_rad: Annotated[Vec2, "columns and rows by an angle"]
     sample_m: float
+    finest_m: Annotated[float, "the same of the finest level of its set"]
     rough_per_m: Annotated[float, "roughness of the relief below its samples, by their height differences"]
     octaves: Annotated[float, "to the next level of its set; 0: there is none"]
     first_column: float
@@ -208,6 +209,7 @@ def write_real(
         by_angle = lattice.down / (2.0 * np.pi if lattice.mercator else np.pi)
         row["per_rad"] = lattice.across / (2.0 * np.pi), by_angle
         row["sample_m"] = lattice.sample_m(radius_m)
+        row["finest_m"] = found.levels[found.finest_of[number]].lattice.sample_m(radius_m)
         row["rough_per_m"] = 0.0 if rough_by is None else rough_by[number]
         row["octaves"] = np.log2(factor) if factor else 0.0
         row["first_column"], row["mercator"] = level.first_column, int(lattice.mercator)

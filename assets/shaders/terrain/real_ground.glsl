@@ -46,14 +46,14 @@ float real_atanh(float t) {
     return t * (1.0 + s * (0.33333333 + s * (0.2 + s * (0.14285714 + s * (0.11111111 + s * 0.09090909)))));
 }
 
-// Column and row of pages about direction p, the column counted from the date line or the first one.
-ivec2 real_pages_about(TerrainRealLevel level, vec3 p) {
+// Column and row of the sample about direction p, the column counted from the date line or the first one.
+ivec2 real_about(TerrainRealLevel level, vec3 p) {
     float flat_m = length(p.xy), latitude = real_angle(p.z, flat_m);
     float v = level.mercator != 0 ? 0.5 - log(p.z / flat_m + sqrt(1.0 + p.z * p.z / (flat_m * flat_m))) / (2.0 * REAL_PI)
         : 0.5 - latitude / REAL_PI;
     float x = (real_angle(p.y, p.x) / (2.0 * REAL_PI) + 0.5) * level.across - level.phase.x - level.first_column;
     x = level.first_column + x - level.across * floor(x / level.across);
-    return ivec2(floor(x / REAL_PAGE), max(floor((v * level.down - level.phase.y) / REAL_PAGE), 0.0));
+    return ivec2(floor(x), floor(v * level.down - level.phase.y));
 }
 
 // The first word of a page's record; -1: there is none.
@@ -189,29 +189,30 @@ void real_towards_pole(float rows, float width, vec2 there, float sign, inout Re
     found.weight = mix(there.y, found.weight, f);
 }
 
-// Whether a level has anything at D, whose place is p.
-bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, out RealSample found) {
-    ivec2 page = real_pages_about(level, p), cell = ivec2(0);
+// Whether a level has anything at D, whose place is p. rough: whether its relief's roughness is asked for.
+bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, out RealSample found) {
+    ivec2 about = real_about(level, p), page = ivec2(about.x / REAL_PAGE, max(about.y, 0) / REAL_PAGE);
+    ivec2 cell = about - page * REAL_PAGE;
+    if (about.x < 0) page.x = -((REAL_PAGE - 1 - about.x) / REAL_PAGE);
+    cell.x = about.x - page.x * REAL_PAGE;
     vec2 samples = vec2(0.0);
     vec3 c;
-    int record = -1, tries = 0;
+    int record = -1, tries = 0, squares = REAL_PAGE / level.near;
     do {
         record = real_record(level, page);
         if (record < 0) return false;
-        vec3 d = real_offset(record, D, c);
+        ivec2 square = clamp(cell / level.near, 0, squares - 1);
+        int near = record + REAL_FIRST_SQUARE + (square.y * squares + square.x) * REAL_PLACE;
+        vec3 d = real_offset(near, D, c);
+        samples = real_samples(level, c, d);
+        cell = ivec2(floor(samples)) + ivec2(real_word(near + 7), real_word(near + 6));
         // Float knows the place to some metres only: the next page may be meant.
-        cell = ivec2(floor(real_samples(level, c, d))) + ivec2(real_word(record + 7), real_word(record + 6));
         ivec2 beyond = ivec2(lessThan(ivec2(REAL_PAGE + 2), cell)) - ivec2(lessThan(cell, ivec2(-2)));
         if (beyond == ivec2(0)) break;
         page += beyond;
+        cell -= beyond * REAL_PAGE;
         if (level.page_columns > 0) page.x = (page.x + level.page_columns) % level.page_columns;
     } while (++tries < 3);
-    int squares = REAL_PAGE / level.near;
-    ivec2 square = clamp(cell / level.near, 0, squares - 1);
-    int near = record + REAL_FIRST_SQUARE + (square.y * squares + square.x) * REAL_PLACE;
-    vec3 d = real_offset(near, D, c);
-    samples = real_samples(level, c, d);
-    cell = ivec2(floor(samples)) + ivec2(real_word(near + 7), real_word(near + 6));
     vec2 f = samples - floor(samples), d_height, d_weight = vec2(0.0);
     ivec2 at = clamp(cell + REAL_BEFORE - 1, 0, (1 << REAL_SLOT_BITS) - 4);
     float center, over = real_cubic(real_slot(real_word(record + 8)) + at, f, center, d_height);
@@ -232,7 +233,7 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, out RealSample
     found.d_weight = d_weight.x * by_column + d_weight.y * by_row;
     found.rough = 0.0;
     found.d_rough = vec3(0.0);
-    if (terrain_table.real.rough != 0) {
+    if (rough && terrain_table.real.rough != 0) {
         vec2 by;
         found.rough = level.rough_per_m * real_roughness(record, vec2(cell) + f, by);
         if (found.rough < REAL_MOST_ROUGH) found.d_rough = level.rough_per_m * (by.x * by_column + by.y * by_row);
@@ -272,19 +273,23 @@ float terrain_real_relief(RealGround real, TERRAIN_PLACE D, float spacing_m, out
     return real.rough * sum;
 }
 
-RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) {
-    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), 1.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0, vec3(0.0));
+// heights: else only what the spacing shows is looked at, `rest` is `seen_rest`, and of relief it is known only that it
+// begins below the finest samples of a set.
+RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
+    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), heights ? 1.0 : 0.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0,
+        vec3(0.0));
     vec3 p = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
     int k = 0, levels = terrain_table.real.levels;
     if (k < levels) do {
         TerrainRealLevel level = terrain_table.real_levels[k];
         float share = sum.seen_rest > 0.0 ? real_share(level, spacing_m) : 0.0;
         RealSample found;
-        if ((sum.rest > 0.0 || share > 0.0) && real_sample(level, D, p, found)) {
-            float part = sum.rest * found.weight;
+        if ((sum.rest > 0.0 || share > 0.0) && real_sample(level, D, p, heights, found)) {
+            float part = heights ? sum.rest * found.weight : sum.seen_rest * share * found.weight;
             sum.height = TERRAIN_SUM(sum.height, TERRAIN_PRODUCT(part, found.height));
-            sum.rough += part * found.rough;
-            sum.deep += part * found.rough * log2(level.sample_m);
+            float steep = heights ? found.rough : 1.0;
+            sum.rough += part * steep;
+            sum.deep += part * steep * log2(heights ? level.sample_m : level.finest_m);
             sum.d_rough += part * found.d_rough;
             sum.rest *= 1.0 - found.weight;
             float weight = share * found.weight, kept = sum.seen_rest, h = TERRAIN_SINGLE(found.height);
@@ -299,17 +304,34 @@ RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) {
             }
         }
     } while (++k < levels && (sum.rest > 0.0 || sum.seen_rest > 0.0));
+    if (!heights) sum.rest = sum.seen_rest;
     return sum;
 }
 
+RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) { return real_composed(D, spacing_m, true); }
+
 #ifndef TERRAIN_CANONICAL
-// What the gradient at spacing_m leaves out and `fine`, for the pixel's footprint, has, of ground at height_m;
-// tangential.
-vec3 terrain_real_detail(RealGround fine, vec3 D, float spacing_m, float height_m) {
-    if (REAL_LEVEL_SAMPLES * spacing_m <= terrain_table.real_levels[0].sample_m) return vec3(0.0);
-    RealGround coarse = terrain_real(D, spacing_m);
-    vec3 sum = fine.d_height - coarse.d_height + height_m * (fine.d_rest - coarse.d_rest);
-    vec3 up = terrain_table.up + D / terrain_table.radius_m;
-    return sum - up * dot(up, sum);
+// What pixels show of real ground; nothing where vertices spacing_m apart show all of it, and all that they leave out is
+// shorter than its samples. longest_m: of the layers that pixels add.
+RealGround terrain_real_seen(vec3 D, float spacing_m, float footprint_m, float longest_m) {
+    float finest_m = terrain_table.real_levels[0].sample_m;
+    if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m && longest_m <= 2.0 * finest_m)
+        return RealGround(0.0, 1.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0, vec3(0.0));
+    return real_composed(D, footprint_m, false);
+}
+
+// What pixels show beyond the vertices' gradient, `rises`, of ground at height_m; tangential. fine: for the pixel's
+// footprint. Where vertices are further apart than samples, and all is real ground, they know nothing that it lacks.
+vec3 terrain_real_detail(RealGround fine, vec3 D, float spacing_m, float height_m, vec3 rises) {
+    float finest_m = terrain_table.real_levels[0].sample_m;
+    if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m || fine.rest == 1.0) return vec3(0.0);
+    vec3 up = terrain_table.up + D / terrain_table.radius_m, found = vec3(0.0);
+    float whole = fine.rest == 0.0 ? clamp(spacing_m / finest_m - 1.0, 0.0, 1.0) : 0.0;
+    if (whole < 1.0) {
+        RealGround coarse = real_composed(D, spacing_m, false);
+        found = fine.d_height - coarse.d_height + height_m * (fine.d_rest - coarse.d_rest);
+    }
+    found = mix(found, fine.d_height - rises, whole);
+    return found - up * dot(up, found);
 }
 #endif
