@@ -27,7 +27,7 @@ __all__ = ["Keeper"]
 log = logging.getLogger(__name__)
 
 _FORMAT = 1
-_EVERY_S = 20.0
+EVERY_S = 20.0
 """So often what was read so far is written."""
 
 
@@ -86,7 +86,7 @@ class Keeper:
 
     def keep(self, number: int, done: int, raw: RawLevel) -> None:
         """Write what the first `done` tiles of a set gave, now and then."""
-        if time.monotonic() - self._written_s < _EVERY_S:
+        if time.monotonic() - self._written_s < EVERY_S:
             return
         side = (0, 0, 0)
         self._write(

@@ -3,13 +3,11 @@
 Slots of pages come first, side by side: heights of all levels, then weights. Words follow, counted row by row from the
 texture's beginning: of each level the table of blocks, the pages of each block, and a record a page:
 
-    0-2   whole parts of the place of a sample about its middle, in the height function's units
-    3-5   what is left of it, float
-    6, 7  row and column of that sample in the page
-    8, 9  slots of its heights and of its weights, -1: all are 1
-    10    row of the page's first own sample
-    12-   height differences of its samples at ROUGH x ROUGH nodes, float
-    133-  words as 0-7 for each square of samples, row by row
+    0, 1  slots of its heights and of its weights, -1: all are 1
+    2     row of the page's first own sample
+    3-    height differences of its samples at ROUGH x ROUGH nodes, float
+    124-  of each square of samples, row by row, 8 words about the sample in its middle: whole parts of its place in the
+          height function's units (3), what is left of them (3, float), its row and its column in the page
 
 A place is counted from the sample that is nearest of these: float then knows it to 2e-6 of a sample, or 4e-7.
 """
@@ -33,8 +31,7 @@ from ...engine.real_ground.resident import MOST_LEVELS
 
 __all__ = ["MOST_LEVELS", "TerrainReal", "TerrainRealLevel", "fixed_unit_m", "real_texels", "write_real"]
 
-_MIDDLE = PAGE // 2
-_PLACE, _FIRST_NODE = 8, 12
+_PLACE, _FIRST_NODE = 8, 3
 _FIRST_SQUARE = _FIRST_NODE + ROUGH * ROUGH
 _NEAR, _NEARER, _FEW_PAGES = 15, 3, 64
 """Samples a side of squares; of levels of few pages, which are coarse and where heights change more from one sample to
@@ -146,10 +143,9 @@ def _records(level: PageLevel, unit_m: float, radius_m: float, heights: int, wei
     """(pages, words). heights, weights: the level's first slots."""
     count, near = len(level.where), _near(level)
     found = np.zeros((count, _record(near)), np.int32)
-    found[:, :_PLACE] = _places(level, unit_m, radius_m, np.array([_MIDDLE]), np.array([_MIDDLE]))[:, 0]
-    found[:, 8] = heights + np.arange(count)
-    found[:, 9] = np.where(level.of_weights >= 0, weights + level.of_weights, -1)
-    found[:, 10] = level.where[:, 0] * PAGE
+    found[:, 0] = heights + np.arange(count)
+    found[:, 1] = np.where(level.of_weights >= 0, weights + level.of_weights, -1)
+    found[:, 2] = level.where[:, 0] * PAGE
     found[:, _FIRST_NODE:_FIRST_SQUARE] = level.roughness.reshape(count, -1).view(np.int32)
     at = near * np.arange(PAGE // near) + near // 2
     columns, rows = (v.ravel() for v in np.meshgrid(at, at))

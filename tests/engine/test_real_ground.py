@@ -369,7 +369,7 @@ def test_reading_goes_on_where_it_was_cut_off(tmp_path, monkeypatch, most):
     monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
     from planetfall.engine.real_ground import kept_ground
 
-    monkeypatch.setattr(kept_ground, "_EVERY_S", 0.0)
+    monkeypatch.setattr(kept_ground, "EVERY_S", 0.0)
     folder = str(write_country(tmp_path / "tiles", 40, 0, 2, 3, 241))
     whole = resident_ground(open_tiles(folder, "x"), most, "x")
     read, seen = resident.read_tile, []

@@ -1,5 +1,5 @@
-// A cubic whose slopes are limited: engine/real_ground/limited_cubic.py, which derives it. Four curves at once; taps are
-// differences from any one of them.
+// A cubic whose slopes are limited: engine/real_ground/limited_cubic.py, which derives it. Four curves at once; taps
+// are differences from any one of them.
 
 // Slopes by sample at samples with the steps a before and b after them, and their derivatives by both.
 vec4 limited_slope(vec4 a, vec4 b, out vec4 by_a, out vec4 by_b) {

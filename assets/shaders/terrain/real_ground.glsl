@@ -1,6 +1,6 @@
 // Real elevation from tiles: engine/real_ground/real_ground.py, whose levels of pages lie in one texture as
-// systems/terrain/real_texture.py says. A place is looked for by its direction in float, then counted from the middle of
-// the page, whose own place is exact: nothing is lost on the way to a sample's fraction.
+// systems/terrain/real_texture.py says. A place is looked for by its direction in float, then counted from the nearest
+// of samples whose own places are exact: nothing is lost on the way to a sample's fraction.
 #include "generated/bindings.glsl"
 #include "generated/terrain_table.glsl"
 #include "generated/terrain_real_numbers.glsl"
@@ -8,8 +8,8 @@
 
 layout(binding = HEIGHT_MAP_UNIT) uniform usampler2D u_real_ground;
 
-// Metres of the levels, over what heights count from, and what they leave of the ground around, 0..1. Of the ground that
-// the spacing shows their gradient, and the rest with its own.
+// Metres of the levels, over what heights count from, and what they leave of the ground around, 0..1. Of the ground
+// that the spacing shows their gradient, and the rest with its own.
 struct RealGround {
     TERRAIN_REAL height;
     float rest, seen_rest;
@@ -49,8 +49,8 @@ float real_atanh(float t) {
 // Column and row of the sample about direction p, the column counted from the date line or the first one.
 ivec2 real_about(TerrainRealLevel level, vec3 p) {
     float flat_m = length(p.xy), latitude = real_angle(p.z, flat_m);
-    float v = level.mercator != 0 ? 0.5 - log(p.z / flat_m + sqrt(1.0 + p.z * p.z / (flat_m * flat_m))) / (2.0 * REAL_PI)
-        : 0.5 - latitude / REAL_PI;
+    float rise = p.z / flat_m, y = log(rise + sqrt(1.0 + rise * rise));
+    float v = 0.5 - (level.mercator != 0 ? 0.5 * y : latitude) / REAL_PI;
     float x = (real_angle(p.y, p.x) / (2.0 * REAL_PI) + 0.5) * level.across - level.phase.x - level.first_column;
     x = level.first_column + x - level.across * floor(x / level.across);
     return ivec2(floor(x), floor(v * level.down - level.phase.y));
@@ -105,12 +105,13 @@ void real_jacobian(TerrainRealLevel level, vec3 p, out vec3 by_column, out vec3 
     if (level.mercator != 0) by_row *= sqrt(r2) / flat_m;
 }
 
-// Four samples from a texel of a slot on.
-vec4 real_taps(ivec2 at) {
-    return vec4(uintBitsToFloat(texelFetch(u_real_ground, at, 0).r),
-        uintBitsToFloat(texelFetch(u_real_ground, at + ivec2(1, 0), 0).r),
-        uintBitsToFloat(texelFetch(u_real_ground, at + ivec2(2, 0), 0).r),
-        uintBitsToFloat(texelFetch(u_real_ground, at + ivec2(3, 0), 0).r));
+// Two rows of four samples from a texel of a slot on.
+void real_rows(ivec2 at, out vec4 first, out vec4 second) {
+    vec2 size = vec2(textureSize(u_real_ground, 0)), corner = vec2(at + 1);
+    vec4 west = uintBitsToFloat(textureGather(u_real_ground, corner / size));
+    vec4 east = uintBitsToFloat(textureGather(u_real_ground, (corner + vec2(2.0, 0.0)) / size));
+    first = vec4(west.wz, east.wz);
+    second = vec4(west.xy, east.xy);
 }
 
 ivec2 real_slot(int slot) {
@@ -120,8 +121,9 @@ ivec2 real_slot(int slot) {
 
 // The limited cubic at f, over the sample `center`; by: its derivatives by column and row.
 float real_cubic(ivec2 at, vec2 f, out float center, out vec2 by) {
-    vec4 r0 = real_taps(at), r1 = real_taps(at + ivec2(0, 1)), r2 = real_taps(at + ivec2(0, 2)),
-        r3 = real_taps(at + ivec2(0, 3));
+    vec4 r0, r1, r2, r3;
+    real_rows(at, r0, r1);
+    real_rows(at + ivec2(0, 2), r2, r3);
     center = r1.y;
     mat4 taps = transpose(mat4(r0 - center, r1 - center, r2 - center, r3 - center));
     vec4 slope, row = taps[1] + limited_cubic(taps[0], taps[1], taps[2], taps[3], f.x, slope);
@@ -139,13 +141,12 @@ vec4 real_spline(float f, out vec4 slope) {
 // The B-spline through weights.
 float real_weight(ivec2 at, vec2 f, out vec2 by) {
     vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy);
-    vec4 sums = vec4(0.0), slopes = vec4(0.0);
-    float center = uintBitsToFloat(texelFetch(u_real_ground, at + 1, 0).r);
-    for (int b = 0; b < 4; ++b) {
-        vec4 row = real_taps(at + ivec2(0, b)) - center;
-        sums[b] = dot(wx, row);
-        slopes[b] = dot(dx, row);
-    }
+    vec4 r0, r1, r2, r3;
+    real_rows(at, r0, r1);
+    real_rows(at + ivec2(0, 2), r2, r3);
+    float center = r1.y;
+    mat4 rows = mat4(r0 - center, r1 - center, r2 - center, r3 - center);
+    vec4 sums = wx * rows, slopes = dx * rows;
     by = vec2(dot(wy, slopes), dot(dy, sums));
     float weight = clamp(center + dot(wy, sums), 0.0, 1.0);
     return weight > 1.0 - REAL_DONE ? 1.0 : weight;
@@ -215,14 +216,14 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, ou
     } while (++tries < 3);
     vec2 f = samples - floor(samples), d_height, d_weight = vec2(0.0);
     ivec2 at = clamp(cell + REAL_BEFORE - 1, 0, (1 << REAL_SLOT_BITS) - 4);
-    float center, over = real_cubic(real_slot(real_word(record + 8)) + at, f, center, d_height);
+    float center, over = real_cubic(real_slot(real_word(record)) + at, f, center, d_height);
     found.height = TERRAIN_SUM(TERRAIN_NUMBER(center - terrain_table.real.ground_m),
         TERRAIN_NUMBER(over - terrain_table.real.ground_rest_m));
     found.weight = 1.0;
-    int weights = real_word(record + 9);
+    int weights = real_word(record + 1);
     if (weights >= 0) found.weight = real_weight(real_slot(weights) + at, f, d_weight);
     if (level.mercator == 0) {
-        float row = float(real_word(record + 10)) + float(cell.y) + f.y + level.phase.y;
+        float row = float(real_word(record + 2)) + float(cell.y) + f.y + level.phase.y;
         float width = level.phase.y > 0.0 ? level.phase.y : 1.0;
         real_towards_pole(row, width, level.polar.xy, 1.0, found, d_height, d_weight);
         real_towards_pole(level.down - row, width, level.polar.zw, -1.0, found, d_height, d_weight);
@@ -311,8 +312,8 @@ RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
 RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) { return real_composed(D, spacing_m, true); }
 
 #ifndef TERRAIN_CANONICAL
-// What pixels show of real ground; nothing where vertices spacing_m apart show all of it, and all that they leave out is
-// shorter than its samples. longest_m: of the layers that pixels add.
+// What pixels show of real ground; nothing where vertices spacing_m apart show all of it, and all that they leave out
+// is shorter than its samples. longest_m: of the layers that pixels add.
 RealGround terrain_real_seen(vec3 D, float spacing_m, float footprint_m, float longest_m) {
     float finest_m = terrain_table.real_levels[0].sample_m;
     if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m && longest_m <= 2.0 * finest_m)
