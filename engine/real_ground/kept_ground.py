@@ -49,10 +49,14 @@ class Keeper:
         held = self._read(self.file)
         if held is None:
             return None
-        factors = tuple(int(v) for v in held["factors"])
-        levels = tuple(_level(held, k) for k in range(len(factors)))
-        low, high = (float(v) for v in held["bounds"])
-        return RealGround(levels, factors, tuple(int(v) for v in held["finest_of"]), low, high)
+        try:
+            factors = tuple(int(v) for v in held["factors"])
+            levels = tuple(_level(held, k) for k in range(len(factors)))
+            low, high = (float(v) for v in held["bounds"])
+            return RealGround(levels, factors, tuple(int(v) for v in held["finest_of"]), low, high)
+        except (KeyError, ValueError, TypeError) as error:
+            log.warning("%s holds something else than was expected and will be written again: %r", self.file, error)
+            return None
 
     def save(self, ground: RealGround) -> Path | None:
         """The file, None where none could be written."""

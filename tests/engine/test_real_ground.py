@@ -364,6 +364,19 @@ def test_levels_are_kept_and_the_same(tmp_path, monkeypatch):
     np.testing.assert_array_equal(at(again, latitude, longitude)[0], at(made, latitude, longitude)[0])
 
 
+def test_kept_levels_that_are_damaged_are_read_again(tmp_path, monkeypatch, caplog):
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    folder = str(write_country(tmp_path / "tiles", 40, 0, 1, 1, 31))
+    file = make_ground(folder, MOST, "x")[1]
+    for damage in (file.read_bytes()[:5000], b""):
+        file.write_bytes(damage)
+        with caplog.at_level(logging.WARNING):
+            assert at(make_ground(folder, MOST, "x")[0], 40.5, 0.5)[1] == 0.0
+        assert "will be written again" in caplog.text
+    np.savez(file, factors=np.array([4]))
+    assert at(make_ground(folder, MOST, "x")[0], 40.5, 0.5)[1] == 0.0
+
+
 @pytest.mark.parametrize("most", [MOST, 1_200_000], ids=["whole", "coarser"])
 def test_reading_goes_on_where_it_was_cut_off(tmp_path, monkeypatch, most):
     monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))

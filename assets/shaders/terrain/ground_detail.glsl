@@ -19,7 +19,8 @@ struct GroundDetail {
 const int DETAIL_MOST = 28;
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
-// real: what real ground has there, whose relief begins below its samples. spacing: of the vertices; footprint: of the pixel, metres. falls: slope that the vertices show, which gullies follow.
+// spacing: of the vertices; footprint: of the pixel, metres. falls: slope that the vertices show, which gullies follow.
+// real: what there is of real ground, whose relief begins below its samples.
 GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint
 #ifdef TERRAIN_ERODED
     , vec3 falls, vec3 up
