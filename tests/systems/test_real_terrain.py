@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,6 +116,39 @@ def test_relief_goes_on_below_the_samples(folder):
     smooth = pf.direction(45.0 + rng.uniform(-0.3, 0.3, 2000), 9.0 + rng.uniform(-0.3, 0.3, 2000))
     added = [float(np.std(fine.height(d) - bare.height(d))) for d in (rough, smooth)]
     assert 1.0 < added[0] < 10.0 and added[1] < 0.3 * added[0]
+
+
+def test_a_real_valley(tmp_path):
+    """The fault at Jacksboro, Tennessee, in SRTM's 3 arc seconds, which matplotlib ships: the file's heights, and
+    relief below its samples that goes on as the real one does."""
+    matplotlib, tifffile = pytest.importorskip("matplotlib"), pytest.importorskip("tifffile")
+    file = Path(matplotlib.__file__).parent / "mpl-data" / "sample_data" / "jacksboro_fault_dem.npz"
+    if not file.exists():
+        pytest.skip("matplotlib without its sample data")
+    with np.load(file) as held:
+        heights, step = held["elevation"], float(held["dx"])
+        west, north = float(held["xmin"]), max(float(held["ymin"]), float(held["ymax"]))
+    keys = (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1)
+    tags = [
+        (33550, "d", 3, (step, step, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, west, north, 0.0), True),
+        (34735, "H", len(keys), keys, True),
+    ]
+    tifffile.imwrite(tmp_path / "jacksboro.tif", heights, extratags=tags)
+    ground = pf.TerrainSampler(scene_of(tmp_path))
+    rows, columns = heights.shape
+    latitude, longitude = np.meshgrid(
+        north - step * (np.arange(rows) + 0.5), west + step * (np.arange(columns) + 0.5), indexing="ij"
+    )
+    found = ground.height(pf.direction(latitude.ravel(), longitude.ravel())).reshape(heights.shape)
+    assert np.abs(found - heights).max() < 1e-3
+    # Differences over 23 m are 4^-0.55 to 4^-0.85 of those over 93 m.
+    fine = pf.TerrainSampler(scene_of(tmp_path, height_map_detail=1.0))
+    rng = np.random.default_rng(8)
+    at = rng.uniform(36.47, 36.71, 4000), rng.uniform(-84.39, -84.10, 4000)
+    there = fine.height(pf.direction(*at))
+    far, near = (float(np.std(fine.height(pf.direction(at[0] + d, at[1])) - there)) for d in (step, 0.25 * step))
+    assert 4.0**-0.95 < near / far < 4.0**-0.45
 
 
 def test_paths_count_from_the_scenes_folder(tmp_path):
