@@ -134,7 +134,7 @@ class Terrain:
     height_map_most_mb: float = knob(
         256.0,
         1.0,
-        8192.0,
+        900.0,
         "MB",
         "Memory that tiles of elevation may take, here and on the GPU; what is more is read at a coarser resolution",
         cost="memory, and time to read the tiles",

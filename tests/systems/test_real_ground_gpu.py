@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from countries import write_country, write_hgt, write_png_tile
+from countries import land, write_country, write_hgt, write_png_tile
 
 from planetfall.engine.blocks.bindings import HEIGHT_MAP_UNIT
 from planetfall.engine.real_ground.lattice import directions_at
@@ -109,3 +109,40 @@ def test_heights_around_the_centre(evaluate, country, place):
     found = out["metres"].astype(np.float64).sum(axis=1)
     expected = height_at_points(d * RADIUS_M, country)
     assert np.abs(found - expected).max() < 1e-3
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    """All of a planet in pixels of 1 degree, and tiles of 3 minutes on both sides of the date line."""
+    tifffile = pytest.importorskip("tifffile")
+    folder = tmp_path_factory.mktemp("world")
+    write_country(folder, 10, 178, 2, 4, 21)
+    latitude, longitude = (89.5 - np.arange(180))[:, None], -179.5 + np.arange(360)
+    keys = (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1)
+    tags = [
+        (33550, "d", 3, (1.0, 1.0, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, -180.0, 90.0, 0.0), True),
+        (34735, "H", len(keys), keys, True),
+    ]
+    tifffile.imwrite(folder / "all.tif", land(latitude, longitude).astype(np.float32), extratags=tags)
+    return replace(PLAIN, real=real_ground(str(folder), 64_000_000, "x"), height_map_detail=0.0)
+
+
+@pytest.mark.parametrize(
+    "place", [(90.0, 0.0), (89.7, 12.0), (-90.0, 0.0), (-89.99, 100.0), (11.3, 180.0), (0.0, 180.0)]
+)
+def test_poles_and_the_date_line(evaluate, world, place):
+    """A millimetre there, too."""
+    up = directions_at(*place)
+    d = offsets(up, 10.0 ** np.random.default_rng(5).uniform(0.0, 3.0, 800), 6)
+    inputs = {"d": d, "spacing": np.full(len(d), 0.1, np.float32)}
+    out = evaluate(world, octave_table(world, up), BODY, '"terrain/height.glsl"', inputs, OUTPUTS)
+    expected = height_at_points(up * RADIUS_M + d.astype(np.float64), world)
+    base = height_at_points(up[None] * RADIUS_M, world)[0]
+    assert np.abs(out["dh"] - (expected - base)).max() < 1e-3
+    places = (points := up * RADIUS_M + d.astype(np.float64)) / np.linalg.norm(points, axis=1)[:, None]
+    high = places.astype(np.float32)
+    inputs = {"high": high, "low": (places - high).astype(np.float32), "spacing": np.full(len(d), 0.1, np.float32)}
+    out = evaluate(world, canonical_table(world), CANONICAL, '"terrain/canonical_height.glsl"', inputs,
+                   {"metres": "vec2"})  # fmt: skip
+    assert np.abs(out["metres"].astype(np.float64).sum(axis=1) - expected).max() < 1e-3
