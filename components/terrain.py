@@ -112,7 +112,7 @@ class Terrain:
 
     height_map: str = knob(
         "",
-        help="Heights all around: a PNG of 16 bits, EXR or GeoTIFF, equirectangular, or a folder of six faces",
+        help="Heights: of all around a PNG, EXR or GeoTIFF, or six faces; of some places a folder of tiles",
         cost="16 texture fetches a vertex, 8 bytes a sample",
         group="maps",
         widget="path",
@@ -130,6 +130,16 @@ class Terrain:
     )
     height_map_detail: float = knob(
         1.0, 0.0, 4.0, "", "Roughness of the relief finer than the height map; 1 goes on as the map does", group="maps"
+    )
+    height_map_most_mb: float = knob(
+        256.0,
+        1.0,
+        900.0,
+        "MB",
+        "Memory that tiles of elevation may take, here and on the GPU; what is more is read at a coarser resolution",
+        cost="memory, and time to read the tiles",
+        log=True,
+        group="maps",
     )
     color_map: str = knob(
         "",

@@ -23,6 +23,7 @@ ASSETS = (_root if (_root / "assets").is_dir() else _root.parent) / "assets"
 # ruff: noqa: E402 - the folders have to be found first
 from .camera.camera import Camera
 from .camera.intrinsics import Intrinsics
+from .camera.read_place import read_place
 from .camera.views import View, view, views
 from .components import (
     Atmosphere,
@@ -197,6 +198,7 @@ __all__ = [
     "photo",
     "planets",
     "qualities",
+    "read_place",
     "record",
     "road",
     "save_capture",

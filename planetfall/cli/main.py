@@ -26,6 +26,7 @@ from .dataset import dataset_command
 from .fly import fly_command
 from .gallery import gallery_command
 from .info import graph_command, planets_command, views_command
+from .map import map_app
 from .new import new_command
 from .render import record_command, render_command
 from .rivers import rivers_command
@@ -53,6 +54,7 @@ app.command(planets_command, name="planets")
 app.command(views_command, name="views")
 app.command(graph_command, name="graph")
 app.command(rivers_command, name="rivers")
+app.command(map_app, name="map")
 app.command(share_command, name="share")
 
 Tokens = Annotated[str, Parameter(show=False, allow_leading_hyphen=True)]

@@ -39,6 +39,11 @@ def pack(saved: Path, out: Path) -> Path:
     inside: dict[Path, str] = {}
     for table, knob in _files_named(data):
         source = Path(table[knob])
+        if knob == "height_map" and (source.is_dir() or source.suffix.lower() == ".toml"):
+            raise PresetError(
+                f"{out}: {knob} names tiles of elevation, {source}, which are no part of a shared scene; give the "
+                "folder along, and let the scene name one file of heights or none"
+            )
         if not source.is_file():
             raise PresetError(f"{out}: {knob}: no such file: {source}; a shared scene holds the files that it names")
         name = inside.setdefault(source.resolve(), f"{_FILES}/{len(inside)}-{source.name}")

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.real_ground.real_ground import MOST_ROUGH
 from .height_map import map_gradients, map_values
 from .height_model import Model
 
 __all__ = ["MOST_ROUGH", "added_gradients", "added_heights"]
 
 Floats = NDArray[np.float64]
-
-MOST_ROUGH = 1.2  # vertices hand on up to 1.3
 
 
 def added_heights(points: Floats, model: Model) -> tuple[Floats | float, Floats | float]:

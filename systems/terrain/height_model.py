@@ -124,6 +124,7 @@ class Model:
     ridge_column: Floats  # of the ridged layers
     constants: TerrainConstants
     craters: Craters | None = None
+    real_rough: tuple[float, ...] | None = None  # multipliers likewise, of the levels of real ground
     map_roughness: float = 0.0  # multiplier of the layers by the map's height differences at its finest scale, 1/m
 
     @property
@@ -131,6 +132,15 @@ class Model:
         """Distance of the height map's samples."""
         found = self.params.height_map
         return found.sample_rad * self.params.radius_m if found else 0.0
+
+    @property
+    def finest_m(self) -> float:
+        """Over what distance a height map, or the finest tiles of elevation, bend; 0 without any."""
+        real = self.params.real
+        if real is None:
+            return self.map_sample_m
+        sample_m = real.finest_m(self.params.radius_m)
+        return sample_m if self.real_rough is None else min(sample_m, 0.5 * float(self.wavelength_m[-1]))
 
     @property
     def gullied(self) -> bool:
@@ -172,6 +182,8 @@ class Model:
         added = self.craters.slope if self.craters else 0.0
         if self.params.height_map:
             added += float(self.params.height_map.slopes(self.params.radius_m).max())
+        if self.params.real:
+            added += self.params.real.steepest(self.params.radius_m)
         return float(self.broad_slope(np.asarray(steepest_m))) + 1.25 * self.relief_slope + self.range_slope + added
 
     @property
@@ -246,6 +258,18 @@ def build_model(params: TerrainParams) -> Model:
         constants=_constants(p),
         craters=craters_of(p.craters, p.crater_largest_m, float(wavelength[-1]), p.radius_m, p.seed),
         map_roughness=float(np.float32(map_roughness)),
+        real_rough=_real_rough(p, wavelength, amplitude),
+    )
+
+
+def _real_rough(p: TerrainParams, wavelength_m: Floats, amplitude_m: Floats) -> tuple[float, ...] | None:
+    """Multipliers of the layers that no warp bends, by the height differences of each level's samples, 1/m."""
+    if p.real is None or p.height_map_detail <= 0.0 or p.layers <= WARPED_LAYERS:
+        return None
+    fine = slice(WARPED_LAYERS, None)
+    return tuple(
+        float(np.float32(p.height_map_detail * roughness_factor(amplitude_m[fine], wavelength_m[fine], sample_m)))
+        for sample_m in (level.lattice.sample_m(p.radius_m) for level in p.real.levels)
     )
 
 

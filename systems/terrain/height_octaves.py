@@ -25,6 +25,7 @@ from .height_surface import (
     surface_parts,
     surface_slopes,
 )
+from .real_heights import real_gradients, real_heights, real_slopes
 from .rivers.valleys import Valleys, shown_slopes, valleys
 
 Floats = NDArray[np.float64]
@@ -42,6 +43,10 @@ def model_of(params: TerrainParams) -> Model:
 
 
 def heights(points: Floats, model: Model) -> Floats:
+    return real_heights(points, model, _procedural)
+
+
+def _procedural(points: Floats, model: Model) -> Floats:
     found, furrows, cut = _uncarved(points, model)
     if cut is None:
         return found
@@ -88,6 +93,11 @@ def anchor_ground(
 
 
 def heights_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
+    """Heights (N,) at points (3, N), and slopes (N,) that the ground about there hardly ever exceeds."""
+    return real_slopes(points, model, _procedural_slopes)
+
+
+def _procedural_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     """Heights (N,) at points (3, N), and slopes (N,) that the ground about there hardly ever exceeds.
 
     The bound is three standard deviations of the relief layers times the roughness there, and the largest slopes of
@@ -197,6 +207,10 @@ def ridge_layers(n: Floats, shares: Floats) -> Floats:
 
 def heights_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
     """Heights (N,) and 3D gradients (3, N) of the field at points (3, N), forward by the chain rule."""
+    return real_gradients(points, model, footprint_m, _procedural_gradients)
+
+
+def _procedural_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:
     if model.gullied:
         return eroded_gradients(points, model, footprint_m)
     k = model.constants

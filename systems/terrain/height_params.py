@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ...engine.real_ground.real_ground import RealGround
+from ...engine.real_ground.resident import real_ground
+from ...engine.real_ground.tile_index import is_tiles
 from ...engine.surface.map_files import MapError
 from .height_map import HeightMap, height_map
 from .rivers.table import RiverTable
@@ -60,7 +63,8 @@ class TerrainParams:
     craters: how densely impact craters lie; 0 none, 1 as the oldest ground (systems/terrain/craters.py).
     height_map: heights all around; the bounds are raised to hold it. height_map_blend: 0, the map alone makes the broad
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
-        samples is, 1 going on as the map itself. colored: a colour map says what the ground looks like.
+        samples is, 1 going on as the map itself. real: elevation from tiles, where there is any; the bounds are raised
+        to hold it. colored: a colour map says what the ground looks like.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
     rivers: lines that carve the ground (systems/terrain/rivers/).
@@ -83,6 +87,7 @@ class TerrainParams:
     height_map: HeightMap | None = None
     height_map_blend: float = 0.0
     height_map_detail: float = 1.0
+    real: RealGround | None = None
     colored: bool = False
     erosion: float = 0.0
     rivers: RiverTable | None = None
@@ -99,12 +104,18 @@ class TerrainParams:
                 f"TerrainParams: lowest_m ({self.lowest_m!r}) has to be a finite number below highest_m"
                 f" ({self.highest_m!r}); raise highest_m or lower lowest_m"
             )
-        if self.height_map is not None:
-            self._hold(self.height_map)
+        for found in (self.height_map, self.real):
+            if found is not None:
+                self._hold(found)
+        if self.real is not None and (self.craters > 0.0 or self.rivers is not None):
+            raise MapError(
+                "Terrain.height_map: tiles of elevation have craters and rivers of their own; set Terrain.craters and "
+                "Terrain.rivers to 0"
+            )
         if self.lowest_m <= -self.radius_m:
             raise ValueError(f"TerrainParams.lowest_m: {self.lowest_m!r} is below the centre of the planet; raise it")
 
-    def _hold(self, found: HeightMap) -> None:
+    def _hold(self, found: HeightMap | RealGround) -> None:
         """Bounds that leave the map as it is, with room for what is added to it."""
         low, high = found.lowest_m, found.highest_m
         if max(abs(low), abs(high)) > 0.25 * self.radius_m:
@@ -127,6 +138,18 @@ class TerrainParams:
             raise MapError(
                 f"Terrain.height_map_range_m: expected (lowest, highest) in metres, found {tuple(range_m)!r}; swap them"
             )
+        tiles = bool(path) and is_tiles(path)
+        if tiles and range_m is not None:
+            raise MapError(
+                f"Terrain.height_map_range_m: {tuple(range_m)!r} with tiles of elevation in {path}, which hold metres; "
+                "leave it out"
+            )
+        if tiles and getattr(terrain, "rivers", 0.0) > 0.0:
+            raise MapError(
+                f"Terrain.rivers: {terrain.rivers:g} with tiles of elevation in {path}, whose valleys are real ones; "
+                "set it to 0"
+            )
+        most_bytes = int(1e6 * float(getattr(terrain, "height_map_most_mb", 256.0)))
         knobs: dict[str, Any] = {name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)}
         return TerrainParams(
             radius_m=float(radius_m),
@@ -135,7 +158,8 @@ class TerrainParams:
             lowest_m=float(terrain.lowest_m),
             layers=int(terrain.layers),
             colored=bool(getattr(terrain, "color_map", "")),
-            height_map=height_map(path, None if range_m is None else tuple(range_m)) if path else None,
+            height_map=height_map(path, None if range_m is None else tuple(range_m)) if path and not tiles else None,
+            real=real_ground(path, most_bytes, "Terrain.height_map") if tiles else None,
             **knobs,
         )
 

@@ -30,6 +30,7 @@ from .height_model import (
 from .height_octaves import anchor_ground, heights, model_of
 from .height_params import TerrainParams
 from .height_surface import carve, shader
+from .real_texture import MOST_LEVELS, TerrainReal, TerrainRealLevel, fixed_unit_m, write_real
 from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
 from .rivers.texture import river_layout
 from .rivers.valleys import valleys
@@ -151,6 +152,8 @@ class TerrainTable:
     map_faces: Annotated[Any, array(TerrainMapFace, 6)]
     color: TerrainColorMap
     rivers: TerrainRivers
+    real: TerrainReal
+    real_levels: Annotated[Any, array(TerrainRealLevel, MOST_LEVELS)]
     erosion: Annotated[float, "share of relief that is gullies where it is steep"]
     constants: TerrainConstants
     wide_warp: Annotated[TerrainWarp, "w1"]
@@ -198,7 +201,7 @@ def octave_table(
     table = np.zeros((), dtype=_LAYOUT.dtype)
     table["up"] = point / model.params.radius_m
     table["radius_m"] = model.params.radius_m
-    table["fixed_unit_m"] = unit_m = 2.0 ** (np.floor(np.log2(model.params.radius_m)) - 22)
+    table["fixed_unit_m"] = unit_m = fixed_unit_m(model.params.radius_m)
     table["layer_count"], table["warped_layers"] = model.layers, model.warped_layers
     table["constants"] = astuple(model.constants)
     table["erosion"] = model.params.erosion
@@ -236,6 +239,8 @@ def octave_table(
         at = (place * 0.5 + 0.5) * found.cube.cells
         faces, cell = table["map_faces"], np.floor(at)
         faces["near"], faces["place"], faces["cell"], faces["fraction"] = near, place, cell, at - cell
+    if model.params.real is not None:
+        write_real(table, model.params.real, model.real_rough, point, height_m)
     if model.params.rivers is not None:
         _write_rivers(table, model.params.rivers, point, height_m)
     if craters:

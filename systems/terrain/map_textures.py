@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UNIT
 from ...engine.gpu import GpuScope
+from ...engine.real_ground.real_ground import RealGround
 from ...engine.surface.cube_map import CubeMap
 from .height_map import HeightMap
+from .real_texture import fixed_unit_m, real_texels
 from .rivers.table import RiverTable
 from .rivers.texture import river_texels
 
@@ -26,8 +28,15 @@ class MapTextures:
         self._shown: list[Any] = [None, None, None]
         self._textures: list[Any] = [None, None, None]
 
-    def show(self, height: HeightMap | None, color: CubeMap | None, rivers: RiverTable | None = None) -> None:
-        """Make the textures of these, unless they are there already, and free those of others."""
+    def show(
+        self,
+        height: HeightMap | RealGround | None,
+        color: CubeMap | None,
+        rivers: RiverTable | None = None,
+        radius_m: float = 0.0,
+    ) -> None:
+        """Make the textures of these, unless they are there already, and free those of others. radius_m: of the
+        planet, for tiles of elevation."""
         for k, found in enumerate((height, color, rivers)):
             if found is self._shown[k]:
                 continue
@@ -37,6 +46,9 @@ class MapTextures:
             if isinstance(found, HeightMap):
                 picture = found.cube.atlas()
                 self._textures[k] = self._gpu.texture(picture.shape[1::-1], "rg32f", picture)
+            elif isinstance(found, RealGround):
+                words = real_texels(found, fixed_unit_m(radius_m), radius_m)
+                self._textures[k] = self._gpu.texture(words.shape[::-1], "r32ui", words)
             elif isinstance(found, RiverTable):
                 _, texels = river_texels(found)
                 self._textures[k] = self._gpu.texture(texels.shape[1::-1], "rgba32ui", texels.view(np.uint32))

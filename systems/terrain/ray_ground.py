@@ -30,7 +30,8 @@ from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, broad_parts, ridge_layers
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
-from .height_surface import hypsometry_slope
+from .height_surface import hypsometry_slope, limit
+from .real_heights import below_samples, margin_slopes, unlimited
 from .rivers.steepness import Steepness, steepness
 
 __all__ = ["Detail", "Kind", "detail_of", "ground_at", "kinds", "layers_at"]
@@ -64,6 +65,7 @@ class Detail:
     length_m: float
     model: Model
     """Of the first `layers` layers alone."""
+    whole_model: Model
     layers: int
     octaves: int
     """Of craters."""
@@ -137,6 +139,7 @@ def _detail(model: _Same, length_m: float) -> Detail:
     return Detail(
         length_m,
         part,
+        whole,
         layers,
         octaves,
         float((amplitude * whole.ridge * _RIDGE_MEAN)[left].sum()),
@@ -150,7 +153,7 @@ def _detail(model: _Same, length_m: float) -> Detail:
             # Shelves and coasts bend within a part of the width of continents.
             (shortest / (np.pi * (1.0 + 2.0 * whole.constants.plains)), np.inf),
             (float(wavelength[min(SHAPE_LAYERS, whole.layers) - 1]) / np.pi, 2.0 / whole.shape_slope),
-            (0.5 * max(whole.map_sample_m, 1e-3), np.inf),
+            (0.5 * max(whole.finest_m, 1e-3), np.inf),
         ),
     )
 
@@ -200,7 +203,9 @@ def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Fl
     by_x = hypsometry_slope(k, x)
     kind[Kind.CONTINENTS] = continents * by_x
     kind[Kind.RANGES] = coasts * by_x + hills + ranges * on_land
-    found = model.params.height_map
+    found, real = model.params.height_map, model.params.real
+    if real is not None:
+        base, rough, kind = _really(feet, detail, base, rough, z, kind)
     if found is not None:
         height, differences = map_values(found, feet)
         base = base + height
@@ -214,6 +219,28 @@ def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Fl
         cut[:] = valleys.base_m, valleys.open, valleys.raised
         kind[len(Kind) :] = steepness(valleys, table)
     return base, z, np.broadcast_to(furrows, z.shape), kind, cut
+
+
+def _really(
+    feet: Floats, detail: Detail, base: Floats, rough: Floats, z: Floats, kind: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """base, rough and kind with real ground in their place: limit(base + rough z) is then the ground's height."""
+    model = detail.model
+    real, k = model.params.real, model.constants
+    assert real is not None
+    whole = detail.whole_model
+    height, rest, below = below_samples(feet, whole)
+    at = np.flatnonzero(rest < 1.0)
+    if not at.size:
+        return base, rough, kind
+    base, rough = base.copy(), rough.copy()
+    around = limit(k, base[at] + rough[at] * z[at])
+    kind[Kind.CONTINENTS : Kind.MAP, at] *= rest[at]
+    kind[Kind.MAP, at] = real.slopes(feet[:, at], model.params.radius_m) + margin_slopes(feet, model, at, around)
+    kind[Kind.MAP, at] += whole.relief_slope * below[at]
+    rough[at] *= rest[at]
+    base[at] = unlimited(k, height[at] + rest[at] * around) - rough[at] * z[at]
+    return base, rough, kind
 
 
 def layers_at(feet: Floats, before: Detail, now: Detail) -> Floats:

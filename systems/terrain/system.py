@@ -53,7 +53,7 @@ from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
-    *("height_map_range_m", "color_map"),
+    *("height_map_range_m", "height_map_most_mb", "color_map"),
     *("rivers", "drainage_cells"),
 )
 _WAIT_S = 2.0
@@ -194,7 +194,7 @@ class TerrainSystem(System):
             return
         self._field_revision = stamp
         self._provide_sources(params)
-        self._maps.show(params.height_map, color, params.rivers)
+        self._maps.show(params.real or params.height_map, color, params.rivers, params.radius_m)
         self.structure += self._watered != (params.rivers is not None)
         self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
@@ -204,6 +204,7 @@ class TerrainSystem(System):
         wanted = {
             "CRATERED": params.craters > 0.0,
             "MAPPED": params.height_map is not None,
+            "TILED": params.real is not None,
             "COLORED": params.colored,
             "RIVERS": params.rivers is not None,
             "ERODED": params.erosion > 0.0,

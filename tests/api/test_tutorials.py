@@ -39,7 +39,7 @@ def small(code: str) -> str:
 
 def test_there_are_the_tutorials_that_the_index_lists() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
-    assert len(TUTORIALS) == 7
+    assert len(TUTORIALS) == 8
     assert not [file.name for file in TUTORIALS if f"tutorials/{file.name}" not in index]
 
 

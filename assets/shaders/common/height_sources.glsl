@@ -2,6 +2,7 @@
 // what its ground is not, so that it costs nothing: even loops without a turn do, in a shader of this size.
 //
 //   TERRAIN_CRATERED, TERRAIN_MAPPED   the height function may have craters, a height map
+//   TERRAIN_TILED                      some of it is real elevation, from tiles; never with TERRAIN_MAPPED
 //   TERRAIN_RIVERS                     rivers carve the ground
 //   TERRAIN_ERODED                     some of its relief is gullies
 //   TERRAIN_COLORED                    the ground may have a colour map

@@ -52,7 +52,7 @@ void main() {
     TerrainPoint ground = terrain_point(broad, spot, length(asked.point) * frame.pixel_rad, height_m);
     float above = frame.anchor_height_m + ground.dh - planet.sea_level_m, slope = SLOPE * length(ground.gradient);
     bool there = texel_at(u_depth, middle).r > 0.0;
-#if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED) || defined(COAST_TILES)
+#if defined(TERRAIN_CRATERED) || defined(TERRAIN_MAPPED) || defined(TERRAIN_TILED) || defined(COAST_TILES)
     // a rim or a cliff of the map keeps to no layer's amplitude; from far away hardly any pixel is known
     there = false;
 #endif

@@ -74,6 +74,12 @@ float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 sh
     float base_m = terrain_table.rivers.base_m + cut.base, sides = terrain_side_rough(h, base_m, cut.open);
     h = terrain_carve(h, base_m, cut.open, cut.raised) + sides * furrows;
 #endif
+#ifdef TERRAIN_TILED
+    RealGround real = terrain_real(D, spacing_m);
+    float ground_m = terrain_table.real.ground_m + terrain_table.real.ground_rest_m;
+    vec3 unused;
+    h = real.rest * h + real.height + (1.0 - real.rest) * ground_m + terrain_real_relief(real, D, spacing_m, unused);
+#endif
     return h;
 }
 

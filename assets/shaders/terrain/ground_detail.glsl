@@ -20,9 +20,13 @@ const int DETAIL_MOST = 28;
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
 
 // spacing: of the vertices; footprint: of the pixel, metres. falls: slope that the vertices show, which gullies follow.
+// real: what there is of real ground, whose relief begins below its samples.
 GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footprint
 #ifdef TERRAIN_ERODED
     , vec3 falls, vec3 up
+#endif
+#ifdef TERRAIN_TILED
+    , RealGround real
 #endif
 ) {
     ivec3 cell;
@@ -61,6 +65,9 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         float weight = shown - terrain_layer_weight(wavelength, spacing);
         float fine = shown - terrain_layer_weight(wavelength, DETAIL_FINE * footprint);
         float amplitude_m = layer.amplitude_m + layer.range_amplitude_m * in_ranges;
+#ifdef TERRAIN_TILED
+        if (real.rest < 1.0) amplitude_m *= mix(i < warped ? 0.0 : real_below(real, wavelength), 1.0, real.rest);
+#endif
         vec3 g = (weight * frequency * terrain_ridge_slope(n.w, layer.ridge) * amplitude_m / finer) * n.xyz;
 #ifdef TERRAIN_ERODED
         gullies.strength = i >= GULLY_FIRST && i < GULLY_END ? terrain_table.erosion : 0.0;

@@ -418,11 +418,23 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     kept = by.by_h;
     sides = side.value;
 #endif
+#ifdef TERRAIN_TILED
+    RealGround real = terrain_real(D, spacing_m);
+    slope = real.seen_rest * slope + real.d_height + TERRAIN_SINGLE(height_m) * real.d_rest;
+    height_m = TERRAIN_SUM(TERRAIN_PRODUCT(real.rest, height_m), real.height);
+    vec3 below;
+    height_m = TERRAIN_SUM(height_m, TERRAIN_NUMBER(terrain_real_relief(real, D, spacing_m, below)));
+    slope += below;
+    kept *= real.rest;
+#endif
 
     TerrainPoint point;
     point.dh = TERRAIN_SINGLE(height_m);
     point.gradient = slope - up * dot(up, slope);
     point.roughness = t.by_z * kept + sides;
+#ifdef TERRAIN_TILED
+    point.roughness += real.rough;
+#endif
     point.moisture = terrain_moisture(w1, sources.dug);
     point.mountains = t.on_land;
     return point;

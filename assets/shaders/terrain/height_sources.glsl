@@ -129,6 +129,10 @@ vec3 terrain_mapped_detail(vec3 D, float spacing_vertex_m, float footprint_m) {
 }
 #endif
 
+#ifdef TERRAIN_TILED
+#include "terrain/real_ground.glsl"
+#endif
+
 // Metres that both add, as a change from the anchor.
 TERRAIN_REAL terrain_sources(TERRAIN_PLACE D, float spacing_m, out TerrainSources ground) {
     ground = NO_SOURCES;

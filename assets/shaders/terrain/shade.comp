@@ -134,15 +134,26 @@ Shown ground_shown(Spot s, vec4 attributes) {
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
     vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05), gradient = rises;
 
+#ifdef TERRAIN_TILED
+    RealGround real = terrain_real_seen(s.D, s.spacing_m, s.footprint_m,
+        4.0 * max(s.spacing_m, DETAIL_FINE * s.footprint_m));
+#endif
     GroundDetail detail = ground_detail(s.D, roughness, s.spacing_m, s.footprint_m
 #ifdef TERRAIN_ERODED
         , rises, s.zenith
+#endif
+#ifdef TERRAIN_TILED
+        , real
 #endif
     );
     vec3 relief = roughness * s.to_sphere * detail.gradient;
     gradient += relief - s.zenith * dot(s.zenith, relief);
     TerrainSources craters = terrain_crater_detail(s.D, s.spacing_m, s.footprint_m);
     gradient += s.to_sphere * (craters.gradient + terrain_mapped_detail(s.D, s.spacing_m, s.footprint_m));
+#ifdef TERRAIN_TILED
+    gradient += s.to_sphere * terrain_real_detail(real, s.D, s.spacing_m, s.height_m - frame.anchor_height_m,
+        rises / s.to_sphere);
+#endif
     moisture = max(moisture - TERRAIN_DUG_DRY * craters.dug, 0.0);
     ground_cliffs(detail, s.D + s.height_m * s.zenith, length(gradient), s.footprint_m);
     Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m);

@@ -1,0 +1,338 @@
+// Real elevation from tiles: engine/real_ground/real_ground.py, whose levels of pages lie in one texture as
+// systems/terrain/real_texture.py says. A place is looked for by its direction in float, then counted from the nearest
+// of samples whose own places are exact: nothing is lost on the way to a sample's fraction.
+#include "generated/bindings.glsl"
+#include "generated/terrain_table.glsl"
+#include "generated/terrain_real_numbers.glsl"
+#include "terrain/limited_cubic.glsl"
+
+layout(binding = HEIGHT_MAP_UNIT) uniform usampler2D u_real_ground;
+
+// Metres of the levels, over what heights count from, and what they leave of the ground around, 0..1. Of the ground
+// that the spacing shows their gradient, and the rest with its own.
+struct RealGround {
+    TERRAIN_REAL height;
+    float rest, seen_rest;
+    vec3 d_height, d_rest;
+    // the relief below the samples: its roughness with the gradient of that, and the logarithm of the samples' distance
+    // in metres, times the roughness
+    float rough, deep;
+    vec3 d_rough;
+};
+
+int real_word(int index) {
+    int bits = terrain_table.real.width_bits;
+    return int(texelFetch(u_real_ground, ivec2(index & ((1 << bits) - 1), index >> bits), 0).r);
+}
+
+// To a unit in the last place: angles become rows and columns.
+float real_atan(float t) {
+    t /= 1.0 + sqrt(1.0 + t * t);
+    t /= 1.0 + sqrt(1.0 + t * t);
+    float s = t * t;
+    return 4.0 * t * (1.0 + s * (-0.33333333 + s * (0.2 + s * (-0.14285714 + s * (0.11111111 - s * 0.09090909)))));
+}
+
+float real_angle(float y, float x) {
+    bool steep = abs(y) > abs(x);
+    float angle = steep ? real_atan(x / y) : real_atan(y / x);
+    if (steep) return (y > 0.0 ? 0.5 * REAL_PI : -0.5 * REAL_PI) - angle;
+    return x >= 0.0 ? angle : angle + (y >= 0.0 ? REAL_PI : -REAL_PI);
+}
+
+float real_atanh(float t) {
+    if (abs(t) > 0.2) return 0.5 * log((1.0 + t) / (1.0 - t));
+    float s = t * t;
+    return t * (1.0 + s * (0.33333333 + s * (0.2 + s * (0.14285714 + s * (0.11111111 + s * 0.09090909)))));
+}
+
+// Column and row of the sample about direction p, the column counted from the date line or the first one.
+ivec2 real_about(TerrainRealLevel level, vec3 p) {
+    float flat_m = length(p.xy), latitude = real_angle(p.z, flat_m);
+    float rise = p.z / flat_m, y = log(rise + sqrt(1.0 + rise * rise));
+    float v = 0.5 - (level.mercator != 0 ? 0.5 * y : latitude) / REAL_PI;
+    float x = (real_angle(p.y, p.x) / (2.0 * REAL_PI) + 0.5) * level.across - level.phase.x - level.first_column;
+    x = level.first_column + x - level.across * floor(x / level.across);
+    return ivec2(floor(x), floor(v * level.down - level.phase.y));
+}
+
+// The first word of a page's record; -1: there is none.
+int real_record(TerrainRealLevel level, ivec2 page) {
+    ivec2 at = page - level.first_block * REAL_TABLE, block = at / REAL_TABLE;
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(block, level.blocks))) return -1;
+    int found = real_word(level.first_word + block.y * level.blocks.x + block.x);
+    if (found < 0) return -1;
+    at -= block * REAL_TABLE;
+    int number = real_word(level.first_page + (found * REAL_TABLE + at.y) * REAL_TABLE + at.x);
+    return number < 0 ? -1 : level.first_record + level.record * number;
+}
+
+// From a sample whose place is at `word` to the place D, metres; c: the sample itself.
+vec3 real_offset(int word, TERRAIN_PLACE D, out vec3 c) {
+    ivec3 whole = ivec3(real_word(word), real_word(word + 1), real_word(word + 2));
+    vec3 part = intBitsToFloat(ivec3(real_word(word + 3), real_word(word + 4), real_word(word + 5)));
+    float unit_m = terrain_table.fixed_unit_m;
+    c = (vec3(whole) + part) * unit_m;
+#ifdef TERRAIN_CANONICAL
+    return (vec3(D.whole - whole) + (vec3(D.part >> 8) * (1.0 / 16777216.0) - part)) * unit_m;
+#else
+    TerrainReal real = terrain_table.real;
+    return (vec3(real.place - whole) + (real.part - part)) * unit_m + D;
+#endif
+}
+
+// Columns and rows from a sample c to the place at d from it.
+vec2 real_samples(TerrainRealLevel level, vec3 c, vec3 d) {
+    vec3 p = c + d;
+    float turned = (c.x * d.y - c.y * d.x) / (c.x * p.x + c.y * p.y);
+    float flat_c = length(c.xy), flat_p = length(p.xy);
+    float out_m = (2.0 * dot(c.xy, d.xy) + dot(d.xy, d.xy)) / (flat_c + flat_p);
+    float rise;
+    if (level.mercator != 0) {
+        float r = terrain_table.radius_m;
+        rise = real_atanh(d.z * r / (flat_c * flat_c - c.z * d.z));
+    } else {
+        rise = real_atan((d.z * flat_c - c.z * out_m) / (c.z * p.z + flat_c * flat_p));
+    }
+    return vec2(real_atan(turned), -rise) * level.per_rad;
+}
+
+// Derivatives of columns and rows by the place p.
+void real_jacobian(TerrainRealLevel level, vec3 p, out vec3 by_column, out vec3 by_row) {
+    float flat2 = max(dot(p.xy, p.xy), 1e-12 * dot(p, p)), flat_m = sqrt(flat2), r2 = flat2 + p.z * p.z;
+    by_column = vec3(-p.y, p.x, 0.0) * (level.per_rad.x / flat2);
+    by_row = vec3(-p.xy * (p.z / flat_m), flat_m) * (-level.per_rad.y / r2);
+    if (level.mercator != 0) by_row *= sqrt(r2) / flat_m;
+}
+
+// Two rows of four samples from a texel of a slot on.
+void real_rows(ivec2 at, out vec4 first, out vec4 second) {
+    vec2 size = vec2(textureSize(u_real_ground, 0)), corner = vec2(at + 1);
+    vec4 west = uintBitsToFloat(textureGather(u_real_ground, corner / size));
+    vec4 east = uintBitsToFloat(textureGather(u_real_ground, (corner + vec2(2.0, 0.0)) / size));
+    first = vec4(west.wz, east.wz);
+    second = vec4(west.xy, east.xy);
+}
+
+ivec2 real_slot(int slot) {
+    int bits = terrain_table.real.width_bits - REAL_SLOT_BITS;
+    return ivec2(slot & ((1 << bits) - 1), slot >> bits) << REAL_SLOT_BITS;
+}
+
+// The limited cubic at f, over the sample `center`; by: its derivatives by column and row.
+float real_cubic(ivec2 at, vec2 f, out float center, out vec2 by) {
+    vec4 r0, r1, r2, r3;
+    real_rows(at, r0, r1);
+    real_rows(at + ivec2(0, 2), r2, r3);
+    center = r1.y;
+    mat4 taps = transpose(mat4(r0 - center, r1 - center, r2 - center, r3 - center));
+    vec4 slope, row = taps[1] + limited_cubic(taps[0], taps[1], taps[2], taps[3], f.x, slope);
+    float over = limited_cubic(row, slope, f.y, by.y, by.x);
+    return row.y + over;
+}
+
+// Weights of the cubic B-spline, and their derivatives.
+vec4 real_spline(float f, out vec4 slope) {
+    float g = 1.0 - f;
+    slope = vec4(-0.5 * g * g, f * (1.5 * f - 2.0), -g * (1.5 * g - 2.0), 0.5 * f * f);
+    return vec4(g * g * g, 4.0 - f * f * (6.0 - 3.0 * f), 4.0 - g * g * (6.0 - 3.0 * g), f * f * f) / 6.0;
+}
+
+// The B-spline through weights.
+float real_weight(ivec2 at, vec2 f, out vec2 by) {
+    vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy);
+    vec4 r0, r1, r2, r3;
+    real_rows(at, r0, r1);
+    real_rows(at + ivec2(0, 2), r2, r3);
+    float center = r1.y;
+    mat4 rows = mat4(r0 - center, r1 - center, r2 - center, r3 - center);
+    vec4 sums = wx * rows, slopes = dx * rows;
+    by = vec2(dot(wy, slopes), dot(dy, sums));
+    float weight = clamp(center + dot(wy, sums), 0.0, 1.0);
+    return weight > 1.0 - REAL_DONE ? 1.0 : weight;
+}
+
+// The B-spline through height differences of samples, at a place in the page; by: derivatives by column and row.
+float real_roughness(int record, vec2 place, out vec2 by) {
+    vec2 at = place / REAL_ROUGH_SIDE + 2.0, f = at - floor(at);
+    ivec2 node = clamp(ivec2(floor(at)) - 1, 0, REAL_ROUGH - 4);
+    vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy), sums, slopes;
+    for (int b = 0; b < 4; ++b) {
+        int word = record + REAL_FIRST_NODE + (node.y + b) * REAL_ROUGH + node.x;
+        vec4 row = intBitsToFloat(ivec4(real_word(word), real_word(word + 1), real_word(word + 2),
+            real_word(word + 3)));
+        sums[b] = dot(wx, row);
+        slopes[b] = dot(dx, row);
+    }
+    by = vec2(dot(wy, slopes), dot(dy, sums)) / REAL_ROUGH_SIDE;
+    return dot(wy, sums);
+}
+
+// One level at a place; rough: of the relief below its samples.
+struct RealSample {
+    TERRAIN_REAL height;
+    float weight, rough;
+    vec3 d_height, d_weight, d_rough;
+};
+
+// Between the last row and a pole all meridians come to the same height. rows: from the pole; sign: 1 at the north one.
+void real_towards_pole(float rows, float width, vec2 there, float sign, inout RealSample found, inout vec2 d_height,
+    inout vec2 d_weight) {
+    if (rows >= width) return;
+    float t = max(rows, 0.0) / width, f = t * t * (3.0 - 2.0 * t), d_f = 6.0 * t * (1.0 - t) / width * sign;
+    float pole_m = there.x - terrain_table.real.ground_m - terrain_table.real.ground_rest_m;
+    TERRAIN_REAL over = TERRAIN_SUM(found.height, TERRAIN_NUMBER(-pole_m));
+    d_height *= f;
+    d_height.y += d_f * TERRAIN_SINGLE(over);
+    d_weight *= f;
+    d_weight.y += d_f * (found.weight - there.y);
+    found.height = TERRAIN_SUM(TERRAIN_PRODUCT(f, over), TERRAIN_NUMBER(pole_m));
+    found.weight = mix(there.y, found.weight, f);
+}
+
+// Whether a level has anything at D, whose place is p. rough: whether its relief's roughness is asked for.
+bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, out RealSample found) {
+    ivec2 about = real_about(level, p), page = ivec2(about.x / REAL_PAGE, max(about.y, 0) / REAL_PAGE);
+    ivec2 cell = about - page * REAL_PAGE;
+    if (about.x < 0) page.x = -((REAL_PAGE - 1 - about.x) / REAL_PAGE);
+    cell.x = about.x - page.x * REAL_PAGE;
+    vec2 samples = vec2(0.0);
+    vec3 c;
+    int record = -1, tries = 0, squares = REAL_PAGE / level.near;
+    do {
+        record = real_record(level, page);
+        if (record < 0) return false;
+        ivec2 square = clamp(cell / level.near, 0, squares - 1);
+        int near = record + REAL_FIRST_SQUARE + (square.y * squares + square.x) * REAL_PLACE;
+        vec3 d = real_offset(near, D, c);
+        samples = real_samples(level, c, d);
+        cell = ivec2(floor(samples)) + ivec2(real_word(near + 7), real_word(near + 6));
+        // Float knows the place to some metres only: the next page may be meant.
+        ivec2 beyond = ivec2(lessThan(ivec2(REAL_PAGE + 2), cell)) - ivec2(lessThan(cell, ivec2(-2)));
+        if (beyond == ivec2(0)) break;
+        page += beyond;
+        cell -= beyond * REAL_PAGE;
+        if (level.page_columns > 0) page.x = (page.x + level.page_columns) % level.page_columns;
+    } while (++tries < 3);
+    vec2 f = samples - floor(samples), d_height, d_weight = vec2(0.0);
+    ivec2 at = clamp(cell + REAL_BEFORE - 1, 0, (1 << REAL_SLOT_BITS) - 4);
+    float center, over = real_cubic(real_slot(real_word(record)) + at, f, center, d_height);
+    found.height = TERRAIN_SUM(TERRAIN_NUMBER(center - terrain_table.real.ground_m),
+        TERRAIN_NUMBER(over - terrain_table.real.ground_rest_m));
+    found.weight = 1.0;
+    int weights = real_word(record + 1);
+    if (weights >= 0) found.weight = real_weight(real_slot(weights) + at, f, d_weight);
+    if (level.mercator == 0) {
+        float row = float(real_word(record + 2)) + float(cell.y) + f.y + level.phase.y;
+        float width = level.phase.y > 0.0 ? level.phase.y : 1.0;
+        real_towards_pole(row, width, level.polar.xy, 1.0, found, d_height, d_weight);
+        real_towards_pole(level.down - row, width, level.polar.zw, -1.0, found, d_height, d_weight);
+    }
+    vec3 by_column, by_row;
+    real_jacobian(level, p, by_column, by_row);
+    found.d_height = d_height.x * by_column + d_height.y * by_row;
+    found.d_weight = d_weight.x * by_column + d_weight.y * by_row;
+    found.rough = 0.0;
+    found.d_rough = vec3(0.0);
+    if (rough && terrain_table.real.rough != 0) {
+        vec2 by;
+        found.rough = level.rough_per_m * real_roughness(record, vec2(cell) + f, by);
+        if (found.rough < REAL_MOST_ROUGH) found.d_rough = level.rough_per_m * (by.x * by_column + by.y * by_row);
+        found.rough = min(found.rough, REAL_MOST_ROUGH);
+    }
+    return true;
+}
+
+// How much of a level's gradient is seen at a spacing.
+float real_share(TerrainRealLevel level, float spacing_m) {
+    if (level.octaves == 0.0) return 1.0;
+    return clamp(1.0 - log2(REAL_LEVEL_SAMPLES * spacing_m / level.sample_m) / level.octaves, 0.0, 1.0);
+}
+
+// Share of a layer of relief below samples: 1 where it is shorter than two of them, 0 from four on.
+float real_below(RealGround real, float wavelength_m) {
+    float sample_m = exp2(real.deep / max(real.rough, 1e-20));
+    return 1.0 - clamp((wavelength_m / sample_m - 2.0) / 2.0, 0.0, 1.0);
+}
+
+// Metres of the layers that no warp bends, below the samples; slope: their gradient as the spacing shows it.
+float terrain_real_relief(RealGround real, TERRAIN_PLACE D, float spacing_m, out vec3 slope) {
+    slope = vec3(0.0);
+    float sum = 0.0, seen = 0.0;
+    int end = real.rough > 0.0 ? terrain_shown_layers(spacing_m) : 0, i = terrain_table.warped_layers;
+    if (i < end) do {
+        TerrainLayer layer = terrain_table.layers[i];
+        vec4 n = terrain_noise(layer.lattice, D);
+        float whole = layer.amplitude_m * real_below(real, layer.lattice.wavelength_m);
+        float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
+        float metres = whole * terrain_ridge(n.w, layer.ridge);
+        sum += metres * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+        seen += metres * weight;
+        slope += (whole * weight * terrain_ridge_slope(n.w, layer.ridge)) * n.xyz;
+    } while (++i < end);
+    slope = real.rough * slope + seen * real.d_rough;
+    return real.rough * sum;
+}
+
+// heights: else only what the spacing shows is looked at, `rest` is `seen_rest`, and of relief it is known only that it
+// begins below the finest samples of a set.
+RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
+    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), heights ? 1.0 : 0.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0,
+        vec3(0.0));
+    vec3 p = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
+    int k = 0, levels = terrain_table.real.levels;
+    if (k < levels) do {
+        TerrainRealLevel level = terrain_table.real_levels[k];
+        float share = sum.seen_rest > 0.0 ? real_share(level, spacing_m) : 0.0;
+        RealSample found;
+        if ((sum.rest > 0.0 || share > 0.0) && real_sample(level, D, p, heights, found)) {
+            float part = heights ? sum.rest * found.weight : sum.seen_rest * share * found.weight;
+            sum.height = TERRAIN_SUM(sum.height, TERRAIN_PRODUCT(part, found.height));
+            float steep = heights ? found.rough : 1.0;
+            sum.rough += part * steep;
+            sum.deep += part * steep * log2(heights ? level.sample_m : level.finest_m);
+            sum.d_rough += part * found.d_rough;
+            sum.rest *= 1.0 - found.weight;
+            float weight = share * found.weight, kept = sum.seen_rest, h = TERRAIN_SINGLE(found.height);
+            vec3 d_weight = share * found.d_weight;
+            sum.d_height += (sum.d_rest * weight + kept * d_weight) * h + kept * weight * found.d_height;
+            sum.d_rest = sum.d_rest * (1.0 - weight) - kept * d_weight;
+            sum.seen_rest = kept * (1.0 - weight);
+            if (sum.rest < REAL_DONE) sum.rest = 0.0;
+            if (sum.seen_rest < REAL_DONE) {
+                sum.seen_rest = 0.0;
+                sum.d_rest = vec3(0.0);
+            }
+        }
+    } while (++k < levels && (sum.rest > 0.0 || sum.seen_rest > 0.0));
+    if (!heights) sum.rest = sum.seen_rest;
+    return sum;
+}
+
+RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) { return real_composed(D, spacing_m, true); }
+
+#ifndef TERRAIN_CANONICAL
+// What pixels show of real ground; nothing where vertices spacing_m apart show all of it, and all that they leave out
+// is shorter than its samples. longest_m: of the layers that pixels add.
+RealGround terrain_real_seen(vec3 D, float spacing_m, float footprint_m, float longest_m) {
+    float finest_m = terrain_table.real_levels[0].sample_m;
+    if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m && longest_m <= 2.0 * finest_m)
+        return RealGround(0.0, 1.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0, vec3(0.0));
+    return real_composed(D, footprint_m, false);
+}
+
+// What pixels show beyond the vertices' gradient, `rises`, of ground at height_m; tangential. fine: for the pixel's
+// footprint. Where vertices are further apart than samples, and all is real ground, they know nothing that it lacks.
+vec3 terrain_real_detail(RealGround fine, vec3 D, float spacing_m, float height_m, vec3 rises) {
+    float finest_m = terrain_table.real_levels[0].sample_m;
+    if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m || fine.rest == 1.0) return vec3(0.0);
+    vec3 up = terrain_table.up + D / terrain_table.radius_m, found = vec3(0.0);
+    float whole = fine.rest == 0.0 ? clamp(spacing_m / finest_m - 1.0, 0.0, 1.0) : 0.0;
+    if (whole < 1.0) {
+        RealGround coarse = real_composed(D, spacing_m, false);
+        found = fine.d_height - coarse.d_height + height_m * (fine.d_rest - coarse.d_rest);
+    }
+    found = mix(found, fine.d_height - rises, whole);
+    return found - up * dot(up, found);
+}
+#endif

@@ -1,0 +1,106 @@
+"""Suite maps: elevation from tiles: how fast they are found and read, how exact heights are, what a height costs."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ...engine.real_ground.lattice import directions_at
+from ...engine.real_ground.limited_cubic import OVERSHOOT
+from ...engine.real_ground.resident import resident_ground
+from ...engine.real_ground.tile_index import open_tiles
+from ...systems.terrain.height import TerrainParams, height
+from ..measure.tiles import hgt_heights, write_empty, write_tiles
+from ..session import Bench, Session
+from ..target import at_most
+from ..timing import time_variants
+
+_MOST_BYTES = 256_000_000
+_SOUTH, _WEST = 46, 7
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """A folder, and a cache of its own, that go again."""
+    before = os.environ.get("PLANETFALL_CACHE")
+    with tempfile.TemporaryDirectory() as found:
+        os.environ["PLANETFALL_CACHE"] = f"{found}/cache"
+        try:
+            yield Path(found) / "tiles"
+        finally:
+            if before is None:
+                del os.environ["PLANETFALL_CACHE"]
+            else:
+                os.environ["PLANETFALL_CACHE"] = before
+
+
+def maps_index(session: Session) -> None:
+    """An index of many tiles: looked at for the first time, and opened again."""
+    count = 100_000
+    with _folder() as folder:
+        write_empty(folder, count)
+        for name, target in (("first look", None), ("opened again", at_most(1000.0, "ms"))):
+            start = time.perf_counter()
+            found = open_tiles(str(folder), "bench")
+            ms = 1e3 * (time.perf_counter() - start)
+            session.row(f"{count} tiles, {name}", error=ms, error_unit="ms", target=target, tiles=sum(map(len, found)))
+
+
+def maps_reading(session: Session) -> None:
+    """Tiles of 1 arc second into levels of pages, whole; and of 3 seconds into a sixteenth of the memory they want."""
+    for name, side, tiles, most in (("1 arc second", 3601, 2, _MOST_BYTES), ("3, at 1/4", 1201, 4, 4_000_000)):
+        with _folder() as folder:
+            write_tiles(folder, _SOUTH, _WEST, 1, tiles, side)
+            sets = open_tiles(str(folder), "bench")
+            start = time.process_time()
+            ground = resident_ground(sets, most, "bench")
+            seconds = time.process_time() - start
+            memory = sum(level.heights.nbytes + level.weights.nbytes for level in ground.levels)
+            session.row(
+                name, error=tiles / seconds, error_unit="tiles/s", megabytes=memory / 1e6,
+                million_samples_per_s=tiles * side**2 / seconds / 1e6,
+            )  # fmt: skip
+
+
+def maps_heights(session: Session) -> None:
+    """Heights at samples, and between them against the range of a cell's corners; 1000 heights beside the procedural
+    ground's."""
+    side = 1201
+    with _folder() as folder:
+        write_tiles(folder, _SOUTH, _WEST, 1, 1, side)
+        ground = resident_ground(open_tiles(str(folder), "bench"), _MOST_BYTES, "bench")
+    samples = hgt_heights(_SOUTH, _WEST, side).astype(float)
+    rng = np.random.default_rng(1)
+    count = session.runs(100_000, 20_000)
+    row, column = rng.integers(0, side - 1, (2, count))
+    step = side - 1.0
+    found, _ = ground.heights(directions_at(_SOUTH + 1.0 - row / step, _WEST + column / step))
+    worst_mm = 1e3 * np.abs(found - samples[row, column]).max()
+    session.row("at samples", error=worst_mm, error_unit="mm", target=at_most(1.0, "mm"))
+    f, g = rng.random((2, count))
+    found, _ = ground.heights(directions_at(_SOUTH + 1.0 - (row + f) / step, _WEST + (column + g) / step))
+    corners = np.stack([samples[row + b, column + a] for a in (0, 1) for b in (0, 1)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    over = np.maximum(found - high, low - found) / np.maximum(high - low, 1.0)
+    session.row("between, beyond the corners' range", error=100.0 * max(float(over.max()), 0.0), error_unit="%",
+                target=at_most(100.0 * OVERSHOOT, "%"))  # fmt: skip
+    plain = TerrainParams()
+    grounds = {
+        "procedural": plain,
+        "tiles": replace(plain, real=ground, height_map_detail=0.0),
+        "tiles, relief below samples": replace(plain, real=ground),
+    }
+    places = directions_at(_SOUTH + rng.uniform(0.1, 0.9, 1000), _WEST + rng.uniform(0.1, 0.9, 1000)).T
+    runs = {name: lambda p=params: height(places, p) for name, params in grounds.items()}
+    for name, timing in time_variants(runs, session.runs(40, 10), 3).items():
+        session.row(f"1000 heights, {name}", timing=timing)
+
+
+BENCHES: Mapping[str, Bench] = {"index": maps_index, "reading": maps_reading, "heights": maps_heights}

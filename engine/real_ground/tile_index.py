@@ -1,0 +1,299 @@
+"""Which tiles of elevation a folder has, and where they lie: an index that is kept, so that 10^5 tiles open at once.
+
+A map is a folder, searched with all below it, or an index file (.toml) that names folders:
+
+    [[tiles]]
+    folder = "country"         # from the file's own folder
+    png = "terrarium"          # what colours of PNG tiles say: "terrain-rgb" (the default) or "terrarium"
+    geoid_m = 47.3             # added to its heights, for those above the ellipsoid or another datum
+
+Names, sizes and times of change of all files are kept with what their headers say, in the cache folder; only new and
+changed files are read again. Broken files cost one warning each and stand for nothing.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..surface.cube_map import FACES
+from ..table_cache import TableCache
+from .lattice import Lattice
+from .tile_files import ENDINGS, PNG_CODES, Found, TileError, find_tile
+
+__all__ = ["TileFolder", "TileSet", "is_tiles", "open_tiles", "tiles_stamp"]
+
+log = logging.getLogger(__name__)
+
+Ints = NDArray[np.int64]
+
+_FORMAT = 1
+"""Of the kept index; another number forgets what older ones kept."""
+
+
+@dataclass(frozen=True)
+class TileFolder:
+    """A folder of tiles, and how they are to be understood."""
+
+    folder: Path
+    png: str = "terrain-rgb"
+    geoid_m: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class TileSet:
+    """Tiles with the same lattice.
+
+    names: of the files, from the folder. where: (N, 4) first column and row, columns and rows of each.
+    """
+
+    folder: TileFolder
+    lattice: Lattice
+    names: list[str]
+    where: Ints
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def tile(self, number: int) -> tuple[Path, Found]:
+        column, row, columns, rows = (int(v) for v in self.where[number])
+        return self.folder.folder / self.names[number], Found(self.lattice, column, row, columns, rows)
+
+    @property
+    def samples(self) -> int:
+        """Of all tiles together."""
+        return int((self.where[:, 2] * self.where[:, 3]).sum())
+
+    def bounds_deg(self) -> tuple[float, float, float, float]:
+        """South, west, north, east of all samples."""
+        first, last = self.where[:, :2], self.where[:, :2] + self.where[:, 2:] - 1
+        north, west = self.lattice.place(first[:, 0].min(), first[:, 1].min())
+        south, east = self.lattice.place(last[:, 0].max(), last[:, 1].max())
+        return float(south), float(west), float(north), float(east)
+
+
+def is_tiles(path: str) -> bool:
+    """Whether a map is tiles: an index file, or a folder without pictures of a cube's faces."""
+    place = Path(path).expanduser()
+    if not place.is_dir():
+        return place.suffix.lower() == ".toml"
+    with os.scandir(place) as entries:
+        return not any(Path(entry.name).stem in FACES and entry.is_file() for entry in entries)
+
+
+def tile_folders(path: str, what: str) -> list[TileFolder]:
+    """The folders of the map at `path`. TileError says what is wrong with it."""
+    place = Path(path).expanduser()
+    if place.is_dir():
+        return [TileFolder(place)]
+    if place.suffix.lower() != ".toml":
+        raise TileError(f"{what}: {place} is neither a folder of tiles nor an index file (.toml)")
+    try:
+        table = tomllib.loads(place.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise TileError(f"{what}: {place} can't be read: {error}; correct the file") from error
+    entries = table.pop("tiles", None)
+    if table or not isinstance(entries, list) or not entries:
+        unknown = f", found {', '.join(map(repr, table))}" if table else ""
+        raise TileError(f"{what}: {place}: expected tables [[tiles]] and nothing else{unknown}")
+    return [_entry(place, what, entry) for entry in entries]
+
+
+def _entry(place: Path, what: str, entry: Any) -> TileFolder:
+    known = {"folder": str, "png": str, "geoid_m": (int, float)}
+    for key, value in entry.items():
+        if key not in known:
+            raise TileError(f"{what}: {place}: unknown key {key!r} in [[tiles]]; expected {', '.join(known)}")
+        if not isinstance(value, known[key]) or isinstance(value, bool):
+            raise TileError(
+                f"{what}: {place}: {key} = {value!r}; expected a {'text' if key != 'geoid_m' else 'number'}"
+            )
+    folder = place.parent / str(entry.get("folder", "."))
+    if not folder.is_dir():
+        raise TileError(f"{what}: {place}: no folder {str(folder)!r}; correct the path")
+    png = str(entry.get("png", "terrain-rgb"))
+    if png not in PNG_CODES:
+        raise TileError(f"{what}: {place}: png = {png!r}; expected {' or '.join(map(repr, PNG_CODES))}")
+    return TileFolder(folder, png, float(entry.get("geoid_m", 0.0)))
+
+
+@dataclass(frozen=True)
+class _Listing:
+    """The files of a folder as they are now, sorted by name."""
+
+    names: list[str]
+    changed_ns: Ints
+    sizes: Ints
+
+    @staticmethod
+    def of(folder: Path) -> _Listing:
+        rows: list[tuple[str, int, int]] = []
+        waiting = [(str(folder), "")]
+        while waiting:
+            at, inside = waiting.pop()
+            with os.scandir(at) as entries:
+                for entry in entries:
+                    name = entry.name
+                    if name.startswith("."):
+                        continue
+                    if name.lower().endswith(ENDINGS):
+                        found = entry.stat()
+                        rows.append((inside + name, found.st_mtime_ns, found.st_size))
+                    elif entry.is_dir():
+                        waiting.append((entry.path, f"{inside}{name}/"))
+        rows.sort()
+        numbers = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1, 2)
+        return _Listing([row[0] for row in rows], numbers[:, 0], numbers[:, 1])
+
+
+def tiles_stamp(path: str) -> tuple[object, ...]:
+    """What tells whether the map at `path` has changed."""
+    place = Path(path).expanduser()
+    stamp: list[object] = [str(place)]
+    if place.is_file():
+        stamp.append(place.stat().st_mtime_ns)
+    try:
+        folders = tile_folders(path, "")
+    except TileError:
+        return tuple(stamp)
+    for each in folders:
+        listing = _Listing.of(each.folder)
+        stamp += [each, len(listing.names), int(listing.changed_ns.sum()), int(listing.sizes.sum())]
+    return tuple(stamp)
+
+
+def open_tiles(path: str, what: str, progress: Callable[[int, int], None] | None = None) -> list[TileSet]:
+    """The sets of the map at `path`, the finest first. progress: (files looked at, of how many), for a first look."""
+    sets: list[TileSet] = []
+    for folder in tile_folders(path, what):
+        sets += _sets(folder, what, progress)
+    if not sets:
+        raise TileError(
+            f"{what}: {path} has no tile of elevation; expected {', '.join(ENDINGS)} files: SRTM tiles such as "
+            "N46E007.hgt, GeoTIFFs in degrees, or PNG by zoom/x/y"
+        )
+    return sorted(sets, key=lambda found: found.lattice.step_deg)
+
+
+def _sets(folder: TileFolder, what: str, progress: Callable[[int, int], None] | None) -> list[TileSet]:
+    listing = _Listing.of(folder.folder)
+    kept = _Kept(folder.folder)
+    lattices, numbers, where, broken = kept.look(listing, progress)
+    for name, message in broken:
+        log.warning("%s: %s (left out)", what or name, message)
+    sets = []
+    for number, lattice in enumerate(lattices):
+        at = np.flatnonzero(numbers == number)
+        if len(at):
+            sets.append(TileSet(folder, lattice, [listing.names[i] for i in at], where[at]))
+    return sets
+
+
+class _Kept:
+    """What headers of a folder's files said, on disk."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        cache = TableCache("tiles")
+        self._file = None if cache.folder is None else cache.folder / f"{TableCache.key(str(folder.resolve()))}.npz"
+
+    def look(
+        self, listing: _Listing, progress: Callable[[int, int], None] | None
+    ) -> tuple[list[Lattice], Ints, Ints, list[tuple[str, str]]]:
+        """Lattices; of each file its number among them, -1 where it is broken, and (N, 4) where it is; what is wrong
+        with the broken ones, (name, message)."""
+        count = len(listing.names)
+        lattices, numbers, where, messages = self._known(listing)
+        new = np.flatnonzero(numbers == -2)
+        for done, i in enumerate(new.tolist()):
+            name = listing.names[i]
+            try:
+                found = find_tile(self._folder / name, PurePosixPath(name), int(listing.sizes[i]))
+            except TileError as error:
+                numbers[i] = -1
+                messages[name] = str(error)
+            else:
+                numbers[i] = _number(lattices, found.lattice)
+                where[i] = found.column, found.row, found.columns, found.rows
+            if progress is not None and done % 256 == 255:
+                progress(done + 1, len(new))
+        if len(new):
+            self._write(listing, lattices, numbers, where, messages)
+        if progress is not None and len(new):
+            progress(len(new), len(new))
+        assert len(numbers) == count
+        return lattices, numbers, where, sorted(messages.items())
+
+    def _known(self, listing: _Listing) -> tuple[list[Lattice], Ints, Ints, dict[str, str]]:
+        count = len(listing.names)
+        nothing = [], np.full(count, -2, np.int64), np.zeros((count, 4), np.int64), {}
+        if self._file is None:
+            return nothing
+        try:
+            with np.load(self._file, allow_pickle=False) as held:
+                if int(held["format"]) != _FORMAT:
+                    return nothing
+                names = bytes(held["names"]).decode().split("\n")
+                numbers, where, times = held["numbers"], held["where"], held["times"]
+                texts = bytes(held["messages"]).decode().split("\n")
+                lattices = [Lattice(bool(row[0]), *(float(v) for v in row[1:])) for row in held["lattices"]]
+        except FileNotFoundError:
+            return nothing
+        except Exception as error:
+            log.warning("%s cannot be used and will be written again: %s", self._file, error)
+            return nothing
+        messages = dict(zip(texts[::2], texts[1::2], strict=False))
+        now = np.stack([listing.changed_ns, listing.sizes], axis=1)
+        if names == listing.names and np.array_equal(times, now):
+            return lattices, numbers.copy(), where.copy(), messages
+        before = {name: i for i, name in enumerate(names)}
+        found_numbers, found_where = nothing[1], nothing[2]
+        for i, name in enumerate(listing.names):
+            j = before.get(name)
+            if j is not None and (times[j] == now[i]).all():
+                found_numbers[i], found_where[i] = numbers[j], where[j]
+        still = {listing.names[i] for i in np.flatnonzero(found_numbers == -1)}
+        return lattices, found_numbers, found_where, {k: v for k, v in messages.items() if k in still}
+
+    def _write(
+        self, listing: _Listing, lattices: list[Lattice], numbers: Ints, where: Ints, messages: dict[str, str]
+    ) -> None:
+        """Beside, and renamed. What can't be written is looked at again."""
+        if self._file is None:
+            return
+        rows = [(float(a.mercator), a.across, a.down, a.phase_x, a.phase_y) for a in lattices]
+        texts = "\n".join(text.replace("\n", " ") for pair in messages.items() for text in pair)
+        beside = self._file.with_suffix(f".{os.getpid()}.part")
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            with beside.open("wb") as file:
+                np.savez(
+                    file,
+                    format=np.array(_FORMAT),
+                    names=np.frombuffer("\n".join(listing.names).encode(), np.uint8),
+                    times=np.stack([listing.changed_ns, listing.sizes], axis=1),
+                    numbers=numbers,
+                    where=where,
+                    lattices=np.array(rows, dtype=np.float64).reshape(-1, 5),
+                    messages=np.frombuffer(texts.encode(), np.uint8),
+                )
+            beside.replace(self._file)
+        except OSError as error:
+            log.warning("%s cannot be written: %s; tiles will be looked at again", self._file, error)
+            beside.unlink(missing_ok=True)
+
+
+def _number(lattices: list[Lattice], found: Lattice) -> int:
+    for number, lattice in enumerate(lattices):
+        if lattice.same(found):
+            return number
+    lattices.append(found)
+    return len(lattices) - 1

@@ -1,0 +1,112 @@
+"""`planetfall map`: what folders of elevation tiles hold, and reading them before a scene does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from cyclopts import App, Parameter
+from rich.console import Console
+from rich.table import Table
+
+from ..systems.capture import require_writable
+from .progress import counted, written
+
+__all__ = ["map_app"]
+
+console = Console()
+map_app = App(help="Elevation from tiles: what a folder holds, and reading it before a scene does.")
+
+Folder = Annotated[str, Parameter(help="A folder of tiles, or an index file (.toml).")]
+_SEA_LEVEL_RADIUS_M = 6.371e6
+
+
+@map_app.command(name="info")
+def info_command(
+    folder: Folder, *, width_px: int = 1024, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
+) -> None:
+    """Say what a folder of elevation tiles holds: coverage, resolution, ranges and gaps.
+
+    apart: samples, at the equator of the Earth. voids: samples without a height. missing: tiles that the bounds have
+    room for and that are not there.
+
+    Parameters
+    ----------
+    width_px
+        Of the picture's longer side.
+    output
+        A picture, PNG, of the heights in degrees, lit from the north-west; where there are none it is dark blue.
+    """
+    from ..engine.real_ground.survey import survey
+    from ..engine.real_ground.tile_index import open_tiles
+
+    if output is not None:
+        require_writable(output)
+    with counted("looking", 1) as progress:
+        sets = open_tiles(folder, "map", progress)
+    with counted("reading", sum(map(len, sets))) as progress:
+        found, picture = survey(sets, width_px if output is not None else 0, progress)
+    table = Table("tiles", "apart", "south to north", "west to east", "heights", "voids", "missing", box=None)
+    for facts in found:
+        south, west, north, east = facts.bounds_deg
+        lattice = facts.tiles.lattice
+        table.add_row(
+            f"{len(facts.tiles):,}", _apart(lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{south:.3f} to {north:.3f}",
+            f"{west:.3f} to {east:.3f}", _heights(facts), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
+            f"{facts.missing:,}",
+        )  # fmt: skip
+    console.print(table)
+    for facts in found:
+        for message in facts.broken:
+            console.print(f"broken: {message}", markup=False, soft_wrap=True)
+    if output is not None and picture is not None:
+        from ..systems.capture import write_png
+
+        write_png(output, _relief(picture))
+        written(output)
+
+
+@map_app.command(name="make")
+def make_command(folder: Folder, *, memory_mb: float = 256.0) -> None:
+    """Read elevation tiles and keep what scenes need of them, so that these start at once. May be cut off and goes on.
+
+    Parameters
+    ----------
+    memory_mb
+        As Terrain.height_map_most_mb of the scenes, in MB.
+    """
+    from ..engine.real_ground.resident import make_ground
+
+    with counted("reading", 1) as progress:
+        ground, file = make_ground(folder, int(1e6 * memory_mb), "map", progress)
+    table = Table("level", "samples apart", "pages", "MB", box=None)
+    for number, level in enumerate(ground.levels):
+        table.add_row(
+            str(number), _apart(level.lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{len(level.where):,}",
+            f"{(level.heights.nbytes + level.weights.nbytes) / 1e6:.1f}",
+        )  # fmt: skip
+    console.print(table)
+    written(file)
+
+
+def _apart(sample_m: float) -> str:
+    return f"{sample_m:,.1f} m" if sample_m < 100.0 else f"{sample_m:,.0f} m"
+
+
+def _heights(facts: Any) -> str:
+    return f"{facts.lowest_m:,.0f} to {facts.highest_m:,.0f} m" if facts.highest_m >= facts.lowest_m else "none"
+
+
+def _relief(heights: Any) -> Any:
+    """(rows, columns, 3) of 8 bits: green to brown to white by height, lit."""
+    there = ~np.isnan(heights)
+    low, high = (float(v) for v in (np.nanmin(heights), np.nanmax(heights))) if there.any() else (0.0, 1.0)
+    share = np.where(there, (heights - low) / max(high - low, 1e-9), 0.0)
+    rows, columns = np.gradient(np.where(there, share, 0.0)) if min(heights.shape) > 1 else (share * 0.0, share * 0.0)
+    steep = max(float(np.quantile(np.abs(rows) + np.abs(columns), 0.98)), 1e-9)
+    light = np.clip(0.75 + 0.25 * (rows + columns) / steep, 0.4, 1.1)
+    stops = np.array([[0.36, 0.52, 0.30], [0.72, 0.66, 0.42], [0.52, 0.40, 0.30], [0.96, 0.96, 0.96]])
+    at = np.stack([np.interp(share, np.linspace(0.0, 1.0, 4), stops[:, k]) for k in range(3)], axis=-1)
+    picture = np.where(there[..., None], np.clip(at * light[..., None], 0.0, 1.0), np.array([0.03, 0.05, 0.15]))
+    return np.rint(255.0 * picture).astype(np.uint8)

@@ -1,0 +1,100 @@
+"""`planetfall map`: what folders of elevation tiles hold, and reading them before a scene does; pf.read_place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from countries import hgt_samples, write_country, write_hgt
+from PIL import Image
+
+import planetfall as pf
+from planetfall.cli.main import main
+from planetfall.engine.real_ground.survey import survey
+from planetfall.engine.real_ground.tile_index import open_tiles
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Two by three tiles, of which one is missing and one is half a void."""
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    path = write_country(tmp_path / "tiles", 46, 7, 2, 3, 31)
+    (path / "N47E008.hgt").unlink()
+    holed = hgt_samples(46, 9, 31)
+    holed[:, 16:] = -32768
+    write_hgt(path, 46, 9, 31, holed)
+    return path
+
+
+def test_a_survey_counts(folder):
+    (facts,), picture = survey(open_tiles(str(folder), "map"), 90)
+    assert (len(facts.tiles), facts.missing, facts.voids, facts.samples) == (5, 1, 31 * 15, 5 * 31 * 31)
+    np.testing.assert_allclose(facts.bounds_deg, (46.0, 7.0, 48.0, 10.0), atol=1e-9)
+    heights = [hgt_samples(*place, 31) for place in ((46, 7), (46, 8), (47, 7), (47, 9))]
+    heights.append(hgt_samples(46, 9, 31)[:, :16])
+    assert facts.lowest_m == min(h.min() for h in heights) and facts.highest_m == max(h.max() for h in heights)
+    assert picture is not None and picture.shape == (60, 90)
+    gaps = np.isnan(picture)
+    assert gaps[5:25, 35:55].all() and gaps[35:55, 80:].all() and not gaps[5:25, 5:25].any()
+
+
+def test_info_says_and_draws(folder, tmp_path, capsys):
+    out = tmp_path / "map.png"
+    assert main(["map", "info", str(folder), "-o", str(out), "--width-px", "90"]) == 0
+    said = capsys.readouterr().out
+    for words in ("3,706 m", "46.000 to", "48.000", "10.000", " 9.68 %", str(out)):
+        assert words in said, said
+    with Image.open(out) as picture:
+        assert picture.size == (90, 60) and np.asarray(picture)[15, 45, 2] > np.asarray(picture)[15, 45, 0]
+
+
+def test_info_names_broken_tiles(folder, capsys):
+    whole = folder / "N46E007.hgt"
+    whole.write_bytes(whole.read_bytes()[:100])
+    assert main(["map", "info", str(folder)]) == 0
+    streams = capsys.readouterr()
+    assert "N46E007.hgt has 100 bytes" in " ".join((streams.out + streams.err).split())
+
+
+def test_make_keeps_what_scenes_need(folder, tmp_path, capsys):
+    assert main(["map", "make", str(folder), "--memory-mb", "64"]) == 0
+    file = capsys.readouterr().out.splitlines()[-1]
+    assert file.endswith(".npz") and file.startswith(str(tmp_path / "cache"))
+    assert main(["map", "make", str(folder), "--memory-mb", "64"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == file
+
+
+def test_a_folder_without_tiles_is_one_line(tmp_path, capsys):
+    assert main(["map", "info", str(tmp_path)]) == 2
+    assert "no tile of elevation" in capsys.readouterr().err
+
+
+def test_without_a_cache_nothing_can_be_kept(folder, monkeypatch, capsys):
+    monkeypatch.setenv("PLANETFALL_CACHE", "")
+    assert main(["map", "make", str(folder)]) == 2
+    assert "PLANETFALL_CACHE" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("46°33'N 7°59'E", (46.55, 7.0 + 59.0 / 60.0)),
+        ("N46°33'25\" E007°59'3.5\"", (46.0 + 33.0 / 60.0 + 25.0 / 3600.0, 7.0 + 59.0 / 60.0 + 3.5 / 3600.0)),
+        ("46° 33′ 25″ N, 7° 59′ 3″ E", (46.0 + 33.0 / 60.0 + 25.0 / 3600.0, 7.0 + 59.0 / 60.0 + 3.0 / 3600.0)),
+        ("46°33.5'N 7°59.25'E", (46.0 + 33.5 / 60.0, 7.0 + 59.25 / 60.0)),
+        ("7°59'E 46°33'N", (46.55, 7.0 + 59.0 / 60.0)),
+        ("46.55, 7.98", (46.55, 7.98)),
+        ("-33.5;-70.25", (-33.5, -70.25)),
+        ("33.5S 70.25W", (-33.5, -70.25)),
+        ("46.2 N 2.1 O", (46.2, -2.1)),
+    ],
+)
+def test_places_as_maps_print_them(text, place):
+    np.testing.assert_allclose(pf.read_place(text), place, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "46", "46 7 8", "46,5 7,9", "46°70'N 7°E", "46N 7", "46N 7N", "-46N 7E", "46.5°30'N 7°E", "91, 4"]
+)
+def test_what_is_no_place_says_what_is(text):
+    with pytest.raises(pf.CameraError, match=r"read_place: .*expected"):
+        pf.read_place(text)

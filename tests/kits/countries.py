@@ -1,0 +1,64 @@
+"""Countries made up for tests: tiles of elevation as files, of a field known in closed form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+Floats = NDArray[np.float64]
+
+
+def land(latitude_deg: Floats, longitude_deg: Floats) -> Floats:
+    """Metres: hills of 3 degrees and of 0.4, on a slope; the same at both sides of the date line."""
+    latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
+    flat = np.cos(latitude)
+    x, y, z = flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)
+    return 1500.0 + 700.0 * z + 600.0 * np.sin(60.0 * x + 40.0 * z) * np.cos(50.0 * y) + 90.0 * np.sin(
+        300.0 * x - 200.0 * y + 250.0 * z
+    )  # fmt: skip
+
+
+def hgt_name(south: int, west: int) -> str:
+    return f"{'N' if south >= 0 else 'S'}{abs(south):02d}{'E' if west >= 0 else 'W'}{abs(west):03d}.hgt"
+
+
+def hgt_samples(south: int, west: int, side: int) -> NDArray[np.int16]:
+    """Heights (side, side) of a tile of one degree, whole metres."""
+    at = np.arange(side) / (side - 1)
+    longitude, latitude = np.meshgrid(west + at, south + 1.0 - at)
+    return np.rint(land(latitude, longitude)).astype(np.int16)
+
+
+def write_hgt(folder: Path, south: int, west: int, side: int, values: NDArray[np.int16] | None = None) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / hgt_name(south, west)
+    found = hgt_samples(south, west, side) if values is None else values
+    found.astype(">i2").tofile(file)
+    return file
+
+
+def write_country(
+    folder: Path, south: int = 40, west: int = 0, rows: int = 10, columns: int = 20, side: int = 31
+) -> Path:
+    """A folder of rows x columns tiles of one degree."""
+    for j in range(rows):
+        for i in range(columns):
+            write_hgt(folder, south + j, (west + i + 180) % 360 - 180, side)
+    return folder
+
+
+def write_png_tile(folder: Path, zoom: int, x: int, y: int, size: int = 256) -> Path:
+    """A tile by zoom/x/y whose colours say the heights, in steps of 0.1 m."""
+    count = size << zoom
+    u = (x * size + np.arange(size) + 0.5) / count
+    v = (y * size + np.arange(size) + 0.5) / count
+    longitude, latitude = np.meshgrid(360.0 * u - 180.0, np.degrees(np.arctan(np.sinh(np.pi * (1.0 - 2.0 * v)))))
+    steps = np.rint((land(latitude, longitude) + 10000.0) * 10.0).astype(np.uint32)
+    rgb = np.stack([steps >> 16, steps >> 8 & 255, steps & 255], axis=-1).astype(np.uint8)
+    file = folder / str(zoom) / str(x) / f"{y}.png"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(rgb).save(file)
+    return file

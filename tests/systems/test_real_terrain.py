@@ -1,0 +1,220 @@
+"""Tiles of elevation on a planet: heights, slopes, rays and contacts in float64, pictures, errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from countries import hgt_samples, write_country, write_hgt
+
+import planetfall as pf
+from planetfall.engine.real_ground.resident import real_ground
+from planetfall.systems.terrain.height import TerrainField, TerrainParams, height_and_gradient, height_at_points
+
+RADIUS_M = 6.371e6
+PLAIN = TerrainParams(mountains=0.4, roughness=1.35, hills=0.2)
+
+
+def scene_of(folder, **knobs):
+    scene = pf.load_scene("earth")
+    terrain = scene.planet[pf.Terrain]
+    terrain.rivers, terrain.height_map_detail = 0.0, 0.0
+    for name, value in knobs.items():
+        setattr(terrain, name, value)
+    terrain.height_map = str(folder)
+    return scene
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A country of 3 minutes, and a rough tile of 9 seconds in it."""
+    path = tmp_path_factory.mktemp("country")
+    write_country(path / "coarse", 44, 5, 5, 6, 21)
+    rough = hgt_samples(46, 7, 401) + np.random.default_rng(1).normal(0.0, 8.0, (401, 401))
+    write_hgt(path / "fine", 46, 7, 401, np.rint(rough).astype(np.int16))
+    return path
+
+
+@pytest.fixture(scope="module", params=[0.0, 1.0], ids=["bare", "detail"])
+def params(request, folder):
+    return replace(PLAIN, real=real_ground(str(folder), 64_000_000, "x"), height_map_detail=request.param)
+
+
+def test_heights_are_the_files_and_the_procedural_ones_beyond(tmp_path):
+    values = np.rint(np.random.default_rng(2).normal(900.0, 60.0, (41, 41))).astype(np.int16)
+    write_hgt(tmp_path, 46, 7, 41, values)
+    ground = pf.TerrainSampler(scene_of(tmp_path))
+    step = np.arange(41) / 40.0
+    latitude, longitude = np.meshgrid(47.0 - step, 7.0 + step, indexing="ij")
+    found = ground.height(pf.direction(latitude.ravel(), longitude.ravel()))
+    assert np.abs(found - values.ravel()).max() < 1e-3
+    far = pf.direction(np.linspace(-80.0, 30.0, 300), np.linspace(-170.0, -60.0, 300))
+    plain = scene_of(tmp_path)
+    plain.planet[pf.Terrain].height_map = ""
+    np.testing.assert_array_equal(ground.height(far), pf.TerrainSampler(plain).height(far))
+
+
+def test_slopes_are_those_of_the_heights(params):
+    """In the finest tile, in the country and at its margins; but for how relief comes in there."""
+    rng = np.random.default_rng(3)
+    for latitude, longitude, most in ((46.5, 7.5, 2e-3), (45.0, 9.0, 2e-3), (43.7, 8.0, 1e-2)):
+        up = pf.direction(latitude + rng.uniform(-0.4, 0.4, 1000), longitude + rng.uniform(-0.4, 0.4, 1000))
+        side = np.cross(up, [0.3, 0.5, 0.8])
+        side /= np.linalg.norm(side, axis=1)[:, None]
+        points, step = up * RADIUS_M, 1e-2
+        slope = (height_at_points(points + step * side, params) - height_at_points(points - step * side, params)) / 0.02
+        height, gradient = height_and_gradient(up, params)
+        assert np.quantile(np.abs((gradient * side).sum(axis=1) - slope), 0.98) < most
+        np.testing.assert_allclose(height, height_at_points(points, params), atol=1e-6)
+
+
+def test_slopes_are_bounded(params):
+    rng = np.random.default_rng(4)
+    up = pf.direction(rng.uniform(42.0, 50.0, 4000), rng.uniform(3.0, 13.0, 4000))
+    _, gradient = height_and_gradient(up, params)
+    _, bound = TerrainField(params).height_slope(up)
+    assert (np.linalg.norm(gradient, axis=1) > bound).mean() < 2e-3
+
+
+def test_rays_meet_the_ground(folder):
+    """No ray goes through ground, and each ends on it."""
+    for detail in (0.0, 1.0):
+        ground = pf.TerrainSampler(scene_of(folder, height_map_detail=detail))
+        rng = np.random.default_rng(5)
+        up = pf.direction(rng.uniform(43.0, 49.5, 120), rng.uniform(4.0, 12.0, 120))
+        side = rng.normal(size=(120, 3))
+        side -= up * (side * up).sum(axis=1)[:, None]
+        way = side / np.linalg.norm(side, axis=1)[:, None] - 0.08 * up
+        way /= np.linalg.norm(way, axis=1)[:, None]
+        origin = up * (RADIUS_M + ground.height(up) + 1000.0)[:, None]
+        hit, distance = ground.raycast(origin, way, 1e5)[:2]
+        assert hit.mean() > 0.9
+        for k in range(120):
+            t = np.linspace(0.0, min(distance[k], 1e5), 1500)
+            place = origin[k] + way[k] * t[:, None]
+            away = np.linalg.norm(place, axis=1)
+            above = away - RADIUS_M - ground.height(place / away[:, None])
+            assert above[:-1].min() > -1e-3
+            assert not hit[k] or abs(above[-1]) < 1e-3
+
+
+def test_spheres_touch_it(folder):
+    ground = pf.TerrainSampler(scene_of(folder))
+    up = pf.direction(np.array([46.51, 46.48]), np.array([7.52, 7.47]))
+    centre = up * (RADIUS_M + ground.height(up) + 0.4)[:, None]
+    depth, normal = ground.sphere_contact(centre, np.full(2, 0.5))
+    assert (depth > 0.05).all() and ((normal * up).sum(axis=1) > 0.5).all()
+
+
+def test_relief_goes_on_below_the_samples(folder):
+    """As rough as the tile: 8 m from sample to sample, 280 m apart; smooth ground gets hardly any."""
+    bare, fine = (pf.TerrainSampler(scene_of(folder, height_map_detail=k)) for k in (0.0, 1.0))
+    rng = np.random.default_rng(6)
+    rough = pf.direction(46.5 + rng.uniform(-0.3, 0.3, 2000), 7.5 + rng.uniform(-0.3, 0.3, 2000))
+    smooth = pf.direction(45.0 + rng.uniform(-0.3, 0.3, 2000), 9.0 + rng.uniform(-0.3, 0.3, 2000))
+    added = [float(np.std(fine.height(d) - bare.height(d))) for d in (rough, smooth)]
+    assert 1.0 < added[0] < 10.0 and added[1] < 0.3 * added[0]
+
+
+def test_a_real_valley(tmp_path):
+    """The fault at Jacksboro, Tennessee, in SRTM's 3 arc seconds, which matplotlib ships: the file's heights, and
+    relief below its samples."""
+    matplotlib, tifffile = pytest.importorskip("matplotlib"), pytest.importorskip("tifffile")
+    file = Path(matplotlib.__file__).parent / "mpl-data" / "sample_data" / "jacksboro_fault_dem.npz"
+    if not file.exists():
+        pytest.skip("matplotlib without its sample data")
+    with np.load(file) as held:
+        heights, step = held["elevation"], float(held["dx"])
+        west, north = float(held["xmin"]), max(float(held["ymin"]), float(held["ymax"]))
+    keys = (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1)
+    tags = [
+        (33550, "d", 3, (step, step, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, west, north, 0.0), True),
+        (34735, "H", len(keys), keys, True),
+    ]
+    tifffile.imwrite(tmp_path / "jacksboro.tif", heights, extratags=tags)
+    ground = pf.TerrainSampler(scene_of(tmp_path))
+    rows, columns = heights.shape
+    latitude, longitude = np.meshgrid(
+        north - step * (np.arange(rows) + 0.5), west + step * (np.arange(columns) + 0.5), indexing="ij"
+    )
+    found = ground.height(pf.direction(latitude.ravel(), longitude.ravel())).reshape(heights.shape)
+    assert np.abs(found - heights).max() < 1e-3
+    # Bumps of 23 m, which samples 93 m apart cannot show.
+    fine = pf.TerrainSampler(scene_of(tmp_path, height_map_detail=1.0))
+    rng = np.random.default_rng(8)
+    latitude, longitude = rng.uniform(36.47, 36.71, 4000), rng.uniform(-84.39, -84.10, 4000)
+
+    def bumps_m(sampler):
+        low, here, high = (
+            sampler.height(pf.direction(latitude + d * 0.25 * step, longitude)) for d in (-1.0, 0.0, 1.0)
+        )
+        return float(np.std(low - 2.0 * here + high))
+
+    assert bumps_m(fine) > 1.2 * bumps_m(ground)
+
+
+def test_paths_count_from_the_scenes_folder(tmp_path):
+    write_hgt(tmp_path / "tiles", 46, 7, 31)
+    file = tmp_path / "world.toml"
+    file.write_text('[planet]\nradius_m = 6.371e6\n[terrain]\nheight_map = "tiles"\nheight_map_detail = 0.0\n')
+    found = pf.TerrainSampler(pf.load_scene(file)).height(pf.direction(46.5, 7.5)[None])
+    assert abs(found[0] - hgt_samples(46, 7, 31)[15, 15]) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("knob", "words"),
+    [
+        ("rivers = 1.0", ("Terrain.rivers", "set it to 0")),
+        ("craters = 0.5", ("Terrain.craters", "to 0")),
+        ("height_map_range_m = [0.0, 1.0]", ("Terrain.height_map_range_m", "leave it out")),
+    ],
+)
+def test_what_does_not_go_together(tmp_path, knob, words):
+    write_hgt(tmp_path / "tiles", 46, 7, 31)
+    file = tmp_path / "world.toml"
+    file.write_text(f'[planet]\nradius_m = 6.371e6\n[terrain]\nheight_map = "tiles"\n{knob}\n')
+    with pytest.raises(pf.SettingError) as caught:
+        pf.load_scene(file)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_tiles_are_no_part_of_a_shared_scene(tmp_path):
+    write_hgt(tmp_path / "tiles", 46, 7, 31)
+    scene = scene_of(tmp_path / "tiles")
+    with pytest.raises(pf.PresetError, match="no part of a shared scene; give the folder along"):
+        scene.share(tmp_path / "a.planetfall")
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("backend", ["grid", "quadtree", "icosphere"])
+def test_pictures_show_the_samplers_ground(folder, backend):
+    """Distances of pixels are those of rays, in all three ways to draw ground; set on a running scene, too."""
+    scene = scene_of(folder, backend=backend)
+    camera = pf.Camera.at(46.45, 7.5, 3000.0, heading_deg=10.0, pitch_deg=-25.0, above="ground")
+    with pf.Renderer(scene, size=(48, 27), quality="medium") as renderer:
+        renderer.settle(camera)
+        distance = renderer.render(camera, outputs=("distance",))["distance"]
+        terrain = scene.planet[pf.Terrain]
+        path, terrain.height_map = terrain.height_map, ""
+        renderer.settle(camera)
+        other = renderer.render(camera, outputs=("distance",))["distance"]
+        terrain.height_map = path
+        renderer.settle(camera)
+        again = renderer.render(camera, outputs=("distance",))["distance"]
+    pixels = np.array([(i, j) for i in range(4, 48, 8) for j in range(14, 27, 4)])
+    pose = camera.resolve(scene)
+    right = np.cross(pose.forward, pose.up)
+    y = np.tan(np.radians(30.0)) * (1.0 - 2.0 * (pixels[:, 1] + 0.5) / 27.0)
+    x = np.tan(np.radians(30.0)) * 48.0 / 27.0 * (2.0 * (pixels[:, 0] + 0.5) / 48.0 - 1.0)
+    way = pose.forward + x[:, None] * right + y[:, None] * pose.up
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    origin = np.broadcast_to(pose.position_m, way.shape)
+    hit, exact = pf.TerrainSampler(scene).raycast(origin, way, 1e6)[:2]
+    found = distance[pixels[:, 1], pixels[:, 0]]
+    assert hit.all() and np.quantile(np.abs(found / exact - 1.0), 0.9) < 1e-2  # a sixth of a pixel
+    assert not np.allclose(other, distance, rtol=1e-2)
+    np.testing.assert_allclose(again, distance, rtol=1e-4)
