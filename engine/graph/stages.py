@@ -2,8 +2,8 @@
 
 STAGES = (
     "opaque",  # the solid ground, into the G-buffer and into the light of the scene
+    "plants",  # trees and shrubs, and their light: before the water that mirrors them
     "water",  # the surface of the sea, where it is nearer than the ground
-    "plants",  # trees and shrubs, and their light
     "objects",  # what stands on both or floats, and its shadows on them
     "detail",  # corrections of the G-buffer once the tiles of each surface are known: coasts, waves of single pixels
     "sky",  # what is seen where no surface is, beyond the air: stars

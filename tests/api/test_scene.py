@@ -49,6 +49,7 @@ VIEWS = [
     "phobos",
     "river",
     "lake",
+    "lakeside",
     "delta",
     "canyon",
     "ranges",

@@ -1,4 +1,4 @@
-// What the sea mirrors: ground that is in the picture, else the sky.
+// What the sea mirrors: ground and trees that are in the picture, else the sky.
 #include "generated/bindings.glsl"
 #include "common/texel.glsl"
 #include "ocean/look/fresnel.glsl"
@@ -44,9 +44,11 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share) {
     }
     vec2 at = first + towards * high;
     ivec2 texel = clamp(ivec2((0.5 + 0.5 * at) * size), ivec2(0), ivec2(size) - 1);
-    bool ground = texel_at(u_surface, texel).r == SURFACE_TERRAIN;
+    uint surface = texel_at(u_surface, texel).r;
+    bool ground = surface == SURFACE_TERRAIN || surface == SURFACE_COVER;
     // Turning the camera moves what is mirrored hardly across the border at the sides, tilting it does at the top.
-    float sure = found * (ground ? share : 0.0) * smoothstep(0.0, 0.03, 1.0 - abs(at.x))
+    float aside = clamp(abs(at.x - first.x), 1e-3, 0.03);
+    float sure = found * (ground ? share : 0.0) * smoothstep(0.0, aside, 1.0 - abs(at.x))
         * smoothstep(0.0, 0.15, 1.0 - abs(at.y));
     return vec4(sure > 0.0 ? texelFetch(u_scene, texel, 0).rgb * frame.radiance_per_hdr : vec3(0.0), sure);
 }
