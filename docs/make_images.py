@@ -27,7 +27,20 @@ PICTURES = {
 SEVERAL = ("moonrise", "earthrise")
 """Pictures of the scene earth_moon, named as their views."""
 WOODS = {
-    **{view: view for view in ("forest", "meadow", "woodland", "canopy", "treeline", "grove", "savanna", "palms")},
+    **{
+        view: view
+        for view in (
+            "forest",
+            "meadow",
+            "woodland",
+            "canopy",
+            "treeline",
+            "grove",
+            "savanna",
+            "palms",
+            "lakeside",
+        )
+    },
     "hills": "near",
 }
 """Pictures of the scene woods, and their views."""

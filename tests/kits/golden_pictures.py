@@ -286,6 +286,8 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/savanna_without", "woods", "savanna", KNOB_SIZE, {"cover.savanna": 0.0}),
     Picture("cover/palms", "woods", "palms", KNOB_SIZE),
     Picture("cover/palms_without", "woods", "palms", KNOB_SIZE, {"cover.palms": 0.0}),
+    Picture("cover/lakeside", "woods", "lakeside", KNOB_SIZE),
+    Picture("cover/lakeside_sky_only", "woods", "lakeside", KNOB_SIZE, overrides={"ocean.reflections": 0}),
     Picture("cover/branch", "woods", "ground", GRASS_SIZE),
     Picture("cover/woodland", "woods", "woodland", KNOB_SIZE),
     Picture("cover/woodland_autumn", "woods", "woodland", KNOB_SIZE, {"cover.season": 0.79}),

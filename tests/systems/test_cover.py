@@ -322,6 +322,32 @@ def test_they_shade_the_sea(scene):
     assert ratio.max() < 1.05 and 0.1 < (ratio < 0.85).mean() < 0.95
 
 
+def test_still_water_mirrors_them():
+    shown = []
+    with pf.load_scene("woods") as scene:
+        scene.planet.remove(pf.Clouds)
+        view = pf.view("lakeside", scene.planet)
+        for steps in (16, 0):
+            overrides = {"ocean.reflections": steps, "composite.antialiasing": "none"}
+            with pf.Renderer(scene, (160, 90), "medium", overrides) as renderer:
+                renderer.settle(view)
+                out = renderer.render(view, outputs=("radiance", "surface"))
+                shown.append({name: value.copy() for name, value in out.items()})
+    trees, water = shown[0]["surface"] == Surface.COVER, shown[0]["surface"] == Surface.SEA
+    # Columns with many trees, and as far below the bank as these are high.
+    many = np.flatnonzero(trees.sum(axis=0) > 5)
+    assert len(many) > 30
+    ratios = []
+    for x in many:
+        bank, high = int(np.flatnonzero(water[:, x])[0]), int(trees[:, x].sum())
+        below = slice(bank + 1, bank + high - 1)
+        ratios.append(shown[0]["radiance"][below, x].sum() / shown[1]["radiance"][below, x].sum())
+    # Of each column's light, up to the picture's edges: of the sky alone, trees are much darker.
+    assert np.median(ratios) < 0.7 and np.mean(np.array(ratios) < 0.9) > 0.9
+    far_below = water & (np.arange(90)[:, None] > 80)
+    assert shown[0]["radiance"][far_below] == pytest.approx(shown[1]["radiance"][far_below], rel=1e-3)
+
+
 def test_a_still_camera_makes_and_uploads_nothing(scene, renderer):
     view = pf.view("meadow", scene.planet)
     renderer.settle(view)
