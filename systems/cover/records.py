@@ -21,7 +21,7 @@ _NEAREST = 0.72
 """Share of the reach within which all trees are drawn; each of the others has a distance of its own."""
 _LOWEST_LEAF, _LEAF_M = 0.2, 0.2
 """Of a broadleaf's crown, as a share of its height; and how near to the eye its leaves may come."""
-_FLAT_LEAF = 0.7
+_FLAT_LEAF = 0.66
 """The same of an acacia's and a palm's."""
 _CROWN = 0.6
 """Height of the crown's middle over the tree's."""

@@ -14,8 +14,8 @@ __all__ = ["LOOK_M", "Trunks", "touch"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TREE_TRUNK, ACACIA_TRUNK = 0.022, 0.027
-"""Radius at the foot, over the tree's height, and that of acacias: twins of the shader's constants."""
+TREE_TRUNK, ACACIA_TRUNK, PALM_TRUNK = 0.022, 0.027, 0.016
+"""Radius at the foot, over the tree's height, and those of acacias and palms: twins of the shader's constants."""
 _END, _TALL_END = 0.8, 1.0
 """Where the cone has its tip, over the tree's height; of all but broadleaves."""
 _ROOT = 0.05
@@ -50,9 +50,10 @@ class Trunks:
     def of(cls, plants: Plants) -> Trunks:
         """One for each tree."""
         axes = plants.positions_m / np.linalg.norm(plants.positions_m, axis=1, keepdims=True)
-        flat, tall = np.isin(plants.species, (Species.ACACIA, Species.PALM)), plants.heights_m
-        wide = np.where(plants.species == Species.ACACIA, ACACIA_TRUNK, TREE_TRUNK)
-        ends = np.where(flat | (plants.species == Species.CONIFER), _TALL_END, _END)
+        tall = plants.heights_m
+        acacia, palm = plants.species == Species.ACACIA, plants.species == Species.PALM
+        wide = np.select([acacia, palm], [ACACIA_TRUNK, PALM_TRUNK], TREE_TRUNK)
+        ends = np.where(acacia | palm | (plants.species == Species.CONIFER), _TALL_END, _END)
         return cls(plants.positions_m, axes, ends * tall, wide * tall, _ROOT * tall)
 
     def breast_radii_m(self) -> Floats:

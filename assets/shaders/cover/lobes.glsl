@@ -13,7 +13,7 @@ const vec2 TREE_ANGLES[TREE_LOBES] = vec2[](vec2(1.0, 0.0), vec2(-0.73737, 0.675
 void tree_lobes(float species, float radius, float turn, out vec4 lobes[TREE_LOBES]) {
     // Heights of the one in the middle, and of the lowest of others, and by how much they differ.
     bool palm = species == TREE_PALM;   // all of its fronds are in the one in the middle
-    vec3 high = species == TREE_ACACIA ? vec3(0.88, 0.80, 0.11) : palm ? vec3(0.88, 0.88, 0.0) : vec3(0.66, 0.40, 0.40);
+    vec3 high = species == TREE_ACACIA ? vec3(0.88, 0.80, 0.11) : palm ? vec3(0.83, 0.83, 0.0) : vec3(0.66, 0.40, 0.40);
     lobes[0] = vec4(0.0, 0.0, high.x, (palm ? 1.0 : 0.74) * radius);
     for (int k = 1; k < TREE_LOBES; ++k) {
         float up = fract(0.618034 * float(k) + 3.7 * turn), wide = fract(5.3 * turn + 0.381966 * float(k));

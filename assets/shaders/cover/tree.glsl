@@ -18,10 +18,12 @@ const float TWIGS = 0.30;             // share of a crown's tufts that leaves no
 const float TWIG_THIN = 60.0;
 const float BARK_FURROWS = 25.0;      // around a trunk
 const float TREE_TRUNK = 0.022;       // radius of the trunk at its foot
-const float ACACIA_TRUNK = 0.027, PALM_TRUNK = 0.022;
+const float ACACIA_TRUNK = 0.027, PALM_TRUNK = 0.016;
 const float LIMB = 0.009;             // of a limb
 const float ACACIA_LIMB = 1.6;        // over that
-const float FROND_TOP = 0.97, FROND_HANGS = 0.21, FROND_THICK = 0.042;   // heights of a palm's fronds
+// Heights of a palm's fronds, of both rings: where they begin, and how they go on outwards.
+const vec2 FRONDS_FOOT = vec2(0.90, 0.87), FRONDS_RISE = vec2(0.27, 0.10), FRONDS_HANG = vec2(0.27, 0.27);
+const float FROND_THICK = 0.030;
 const float FROND_LEAF = 1.7;         // size of their tufts over others'
 const float CONIFER_FOOT = 0.07;      // height of the lowest branches
 const float TREE_WHORLS = 11.0;
@@ -100,21 +102,22 @@ float tree_open(float outer, float up, float chance) {
     return clamp(0.16 + 0.62 * outer * outer + 0.20 * up - 0.12 * chance, 0.08, 1.0);
 }
 
-// Nine fronds that hang: above 0 within one.
+// Two rings of nine fronds, which rise and bend down, and which hang between them: above 0 within one.
 float palm_frond(TreeRay r, vec3 place) {
     float aside2 = dot(place.xy, place.xy), cosine = place.x * inversesqrt(aside2 + 1e-8);
     cosine = (4.0 * cosine * cosine - 3.0) * cosine;   // of three times the angle
     cosine = (4.0 * cosine * cosine - 3.0) * cosine;   // of nine times
-    float out2 = aside2 / (r.radius * r.radius), high = FROND_TOP - FROND_HANGS * out2;
-    // No thinner than a step.
-    float off = (place.z - high) / max(FROND_THICK, 0.7 * r.size);
-    return 0.8 - off * off - mix(0.4, 0.9, r.fine) * (0.5 - cosine) * min(4.0 * out2, 1.0);
+    float out2 = aside2 / (r.radius * r.radius), out1 = sqrt(out2);
+    vec2 off = place.z - FRONDS_FOOT - FRONDS_RISE * out1 + FRONDS_HANG * out2;
+    off /= max(FROND_THICK, 0.7 * r.size);   // no thinner than a step
+    vec2 within = 0.8 - off * off - mix(0.4, 1.1, r.fine) * (0.5 - vec2(cosine, -cosine)) * min(5.0 * out2, 1.0);
+    return max(within.x, within.y) - max(8.0 * out2 - 6.8, 0.0);
 }
 
 // Lobes are tried in the order in which the ray enters them: the first ones close nearly all of them.
 void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint seed) {
     // Flat ones: height over width of lobes, half the height of the inner one; the crown's middle, half its height.
-    vec4 shape = r.flat_top ? vec4(0.34, r.palm ? 0.13 : 0.055, 0.87, 0.14) : vec4(LOBE_FLAT, INNER_HIGH, 0.62, 0.36);
+    vec4 shape = r.flat_top ? vec4(0.34, r.palm ? 0.17 : 0.055, r.palm ? 0.83 : 0.87, r.palm ? 0.17 : 0.14) : vec4(LOBE_FLAT, INNER_HIGH, 0.62, 0.36);
     vec3 outer_squash = vec3(1.0, 1.0, 1.0 / shape.x), inner_squash = vec3(1.0, 1.0, lobes[0].w / shape.y);
     vec3 middle = vec3(0.0, 0.0, shape.z);
     float last = -1e9;
