@@ -95,6 +95,9 @@ def test_trunks_are_where_they_are_drawn(scene, name, species):
         if z < 5.0 or not (2.0 < x < 318.0 and 2.0 < y < 178.0):
             continue
         away = float(np.linalg.norm(place))
+        pixel_m = away * (camera.tan_top - camera.tan_bottom) / 180.0
+        if 1.4 * trunks.foot_radii_m[k] < 1.5 * pixel_m:  # the pixel's middle may lie beside it
+            continue
         found = distance[int(y), int(x)]
         if found < away - 2.0:  # another stands in front
             continue
