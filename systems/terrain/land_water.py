@@ -11,6 +11,7 @@ from ...engine.blocks.bindings import (
     DEPTH_UNIT,
     FLAG_BUFFER,
     LAND_WATER_UNIT,
+    NARROW_WATER_BUFFER,
     SEA_TILES_BUFFER,
     SURFACE_UNIT,
     TILE_BUFFER,
@@ -22,10 +23,12 @@ from ...engine.frame.gbuffer import GBUFFER, tiles_of
 from ...engine.gpu import Compute, GpuScope, Program, VertexArray
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 
-__all__ = ["LAND_WATER", "LandWater"]
+__all__ = ["LAND_WATER", "NARROW_TILES", "LandWater"]
 
 LAND_WATER = "terrain.land_water"
 """Texture with what terrain/land_water.comp found of each pixel near water, 0 elsewhere."""
+NARROW_TILES = "terrain.tiles_narrow_water"
+"""Buffer: dispatch and tiles of which it found some to be partly water."""
 _TILES, _WIDE, _LINES = "terrain.tiles_water", "terrain.tiles_waters", "terrain.water_lines"
 _RECORD = 32
 """Numbers in _LINES by the tile: WATER_RECORD of terrain/tile_waters.glsl."""
@@ -66,6 +69,7 @@ class LandWater:
                 TextureSpec(LAND_WATER, "rgba32ui", help="rivers and lakes in a pixel"),
                 BufferSpec(_TILES, 16 + 4 * across * down, help="dispatch and tiles near rivers and lakes"),
                 BufferSpec(_WIDE, 16 + 4 * across * down, help="the same, with more lines than are listed"),
+                BufferSpec(NARROW_TILES, 16 + 4 * across * down, help="the same, with rivers narrower than a pixel"),
                 BufferSpec(_LINES, 4 * _RECORD * across * down, help="lines of water that pass those tiles"),
             ),
             after=("terrain.coast",),
@@ -101,6 +105,7 @@ class LandWater:
             "gbuffer.tile_flags": FLAG_BUFFER,
             _WIDE: WIDE_WATER_BUFFER,
             "gbuffer.tiles_sea": SEA_TILES_BUFFER,
+            NARROW_TILES: NARROW_WATER_BUFFER,
             _LINES: WATER_LINE_BUFFER,
         }
         buffers = [(point, io.buffer(name)) for name, point in points.items()]

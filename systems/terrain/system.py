@@ -43,7 +43,7 @@ from .height import TerrainField, TerrainParams
 from .height_map import color_cube
 from .height_table import octave_table
 from .labels import GroundLabels, LabelledGround
-from .land_water import LAND_WATER, LandWater
+from .land_water import LAND_WATER, NARROW_TILES, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
@@ -349,7 +349,7 @@ class TerrainSystem(System):
             kind="compute",
             reads=(
                 *("gbuffer.depth", *GBUFFER, *dict.fromkeys((*_TILES, *tiles)), *contract_reads(self._world)),
-                *((LAND_WATER,) if self.shows_rivers() else ()),
+                *((LAND_WATER, NARROW_TILES) if self.shows_rivers() else ()),
             ),
             writes=("scene.radiance",),
             stage="opaque",
@@ -438,13 +438,13 @@ class TerrainSystem(System):
         every, between = self._shade_every(), None
         # Where most pixels take their light from others, narrow rivers are added to each once they have it.
         added = self._shader(_NARROW_RIVERS, "RADIANCE_READ") if rivers is not None and every > 2 else None
-        watered = [io.buffer(name) for name in lists if name.endswith("wet")]
+        narrow = None if added is None else io.buffer(NARROW_TILES)
         cover = ("GROUND_COVER",) if backend.shades_all and self._world.query(Cover) else ()
         # Per list of tiles: the shader, and the one for ground so near that things stand on it.
         parts = []
         for name in lists:
             dry = ("GROUND_DRY",) if no_water or (sorts and not name.endswith("wet")) else ()
-            flags = ("GROUND_RIVERS",) if rivers is not None and added is None and not dry else dry
+            flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
             near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
             flags = (*flags, *cover)
             plain = self._shader(backend.shade_file, *flags)
@@ -470,13 +470,12 @@ class TerrainSystem(System):
                 (full if cluttered else plain).run_indirect(tiles)
             if between is not None and between.leaves_out(view.frame.checkerboard):
                 between.run(radiance, all_tiles)
-            if added is not None:
+            if added is not None and narrow is not None:
                 self._gpu.barrier()
                 radiance.bind_to_image(RADIANCE_IMAGE, read=True, write=True)
                 with self._gpu.apart():  # each pixel reads and changes itself alone
-                    for tiles in watered:
-                        tiles.bind_to_storage_buffer(TILE_BUFFER)
-                        added.run_indirect(tiles)
+                    narrow.bind_to_storage_buffer(TILE_BUFFER)
+                    added.run_indirect(narrow)
 
         return run
 

@@ -17,6 +17,7 @@
 layout(local_size_x = TILE_WIDTH, local_size_y = TILE_HEIGHT) in;
 layout(std430, binding = FLAG_BUFFER) buffer FlagBuffer { uint flags[]; };
 layout(std430, binding = SEA_TILES_BUFFER) buffer SeaBuffer { uint sea_groups[4]; uint sea_tiles[]; };
+layout(std430, binding = NARROW_WATER_BUFFER) buffer NarrowBuffer { uint narrow_groups[4]; uint narrow_tiles[]; };
 layout(std430, binding = TILE_BUFFER) readonly buffer TileBuffer { uint tile_groups[4]; uint tiles[]; };
 layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
 layout(binding = 0) writeonly uniform uimage2D u_land_water_out;
@@ -24,6 +25,7 @@ uniform ivec2 u_tiles;
 
 const float FLATTEST_SINE = 0.03;   // of the view above the ground: what a pixel covers grows no longer below it
 
+const uint SURFACE_WATER_NARROW = 1u;   // here alone: some of a pixel is water
 const float SEA_HAIR_M = 0.01;      // more than rounding does to a level: inlets at the sea's are the sea
 
 shared uint s_water;
@@ -186,11 +188,13 @@ void main() {
     if (inside) imageStore(u_land_water_out, pixel, found);
     if (inside && found.x != 0u) atomicOr(s_water, SURFACE_LAND_WATER);
     if (inside && found.x == 0u && (found.y & 0xffffu) != 0u) atomicOr(s_water, SURFACE_WATER_ASHORE);
+    if (inside && found.x == 0u && (found.y & 0xffu) != 0u) atomicOr(s_water, SURFACE_WATER_NARROW);
     memoryBarrierShared();
     barrier();
     if (gl_LocalInvocationIndex != 0u) return;
     int index = at.y * u_tiles.x + at.x;
     if ((s_water & SURFACE_WATER_ASHORE) != 0u) atomicOr(flags[index], SURFACE_WATER_ASHORE);
+    if ((s_water & SURFACE_WATER_NARROW) != 0u) narrow_tiles[atomicAdd(narrow_groups[0], 1u)] = tile;
     if ((s_water & SURFACE_LAND_WATER) != 0u) {
         uint before = atomicOr(flags[index], 1u << SURFACE_SEA | SURFACE_LAND_WATER);
         if ((before & (1u << SURFACE_SEA | SURFACE_ASKED)) == 0u)

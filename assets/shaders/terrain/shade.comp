@@ -201,7 +201,7 @@ vec3 ground_radiance(ivec2 pixel) {
     vec3 radiance = ground_light(s, material.albedo, normal, beam, water, open, ground.hidden_slope);
     vec4 sheen = shore_sheen(wet, s.point, s.view, s.zenith, normal, beam);
     radiance = radiance * (1.0 - sheen.a) + sheen.rgb;
-#ifdef GROUND_RIVERS
+#if defined(GROUND_RIVERS) && SHADE_EVERY < 4
     if (narrow.coverage > 0.0)
         radiance = mix(radiance, narrow_water_light(narrow, s.place, s.zenith, s.view, beam * water.sun),
             narrow.coverage);
