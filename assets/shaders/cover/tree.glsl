@@ -117,7 +117,8 @@ float palm_frond(TreeRay r, vec3 place) {
 // Lobes are tried in the order in which the ray enters them: the first ones close nearly all of them.
 void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint seed) {
     // Flat ones: height over width of lobes, half the height of the inner one; the crown's middle, half its height.
-    vec4 shape = r.flat_top ? vec4(0.34, r.palm ? 0.17 : 0.055, r.palm ? 0.83 : 0.87, r.palm ? 0.17 : 0.14) : vec4(LOBE_FLAT, INNER_HIGH, 0.62, 0.36);
+    vec4 shape = r.palm ? vec4(0.34, 0.17, 0.83, 0.17) : r.flat_top ? vec4(0.34, 0.055, 0.87, 0.14)
+        : vec4(LOBE_FLAT, INNER_HIGH, 0.62, 0.36);
     vec3 outer_squash = vec3(1.0, 1.0, 1.0 / shape.x), inner_squash = vec3(1.0, 1.0, lobes[0].w / shape.y);
     vec3 middle = vec3(0.0, 0.0, shape.z);
     float last = -1e9;
