@@ -32,6 +32,7 @@ Files = Mapping[str, bytes]
 Work = Callable[[Any, Any], Files]
 
 CONNECT_S = 5.0
+_GO_ON = "What was made is kept: run the same command again to go on"
 _ASK_AGAIN_S = 5.0  # how many workers there are
 _LEAST_AHEAD = 16  # jobs with the scheduler: results wait in its workers' memory to be fetched, so not all at a time
 
@@ -74,20 +75,17 @@ class Farm:
 
         ended = as_completed(submitted(self._ahead()), loop=self._client.loop, with_results=True)
         try:
-            for _, files in ended:
+            for future, files in ended:
+                if future.cancelled():  # and so are all others
+                    raise CancelledError(future.key)
                 if ended.count() <= self._ahead() // 2:  # many at a time: a message for each costs more than most jobs
                     ended.update(submitted(self._ahead() - ended.count()))
                 yield files
         except KilledWorker as error:
-            raise CaptureError(
-                f"scheduler: a job ended each worker that it was given to ({error}); look at the workers' logs and "
-                "memory. What was made is kept: run the same command again to go on"
-            ) from error
+            what = f"a job ended each worker that it was given to ({error}); look at the workers' logs and memory"
+            raise CaptureError(f"scheduler: {what}. {_GO_ON}") from error
         except CancelledError as error:
-            raise CaptureError(
-                "scheduler: it is gone, or was restarted, and its jobs with it. What was made is kept: run the same "
-                "command again to go on"
-            ) from error
+            raise CaptureError(f"scheduler: it is gone, or was restarted, and its jobs with it. {_GO_ON}") from error
 
     def _ahead(self) -> int:
         """How many jobs to have under way: four to a worker. Others may come at any time."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -87,6 +90,11 @@ def _echo(common: bytes, job: int) -> dict[str, bytes]:
     return {f"{job}": common, f"{job}.json": b"{}"}
 
 
+def _slow_echo(common: bytes, job: int) -> dict[str, bytes]:
+    time.sleep(0.1)
+    return _echo(common, job)
+
+
 def _fails(common: object, job: int) -> dict[str, bytes]:
     raise pf.SettingError(f"job {job} can't be")
 
@@ -108,6 +116,30 @@ def test_a_job_that_ends_every_worker_is_told(cluster):
     told = pytest.raises(pf.expected_errors(), match="ended each worker")
     with farms.Farm(cluster.scheduler_address) as farm, told:
         list(farm.results(_ends_its_process, None, range(1)))
+
+
+def test_a_scheduler_that_ends_is_told(tmp_path):
+    pytest.importorskip("distributed", reason="the extra farm is not installed")
+    file = tmp_path / "scheduler.json"
+    options = ["--scheduler-file", str(file), "--dashboard-address", ":0"]
+    commands = (["scheduler", "--host", "127.0.0.1", "--port", "0"], ["worker", "--nthreads", "1", "--no-nanny"])
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": env, "cwd": tmp_path}
+    scheduler, worker = (subprocess.Popen([sys.executable, "-m", "dask", *c, *options], **quiet) for c in commands)
+    try:
+        end_s = time.monotonic() + 60.0
+        while not file.exists() and time.monotonic() < end_s:
+            time.sleep(0.1)
+        with farms.Farm(json.loads(file.read_text())["address"]) as farm:
+            results = farm.results(_slow_echo, b"x", range(1000))
+            next(results)
+            scheduler.kill()
+            with pytest.raises(pf.expected_errors(), match=r"it is gone.*run the same command again"):
+                list(results)
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
 
 
 def test_an_address_without_a_scheduler_is_told_in_seconds(plan, tmp_path, capsys):
