@@ -96,7 +96,7 @@ class DatasetPlan:
         knobs = {key: drawn_knob(key, value, random(key)) for key, value in self.varied.items()}
         camera, latitude, longitude = None, 0.0, 0.0
         if self.flight is None:
-            at = {key.partition(".")[2]: v for key, v in drawn.items() if key.startswith("camera.")}
+            at: dict[str, Any] = {key.partition(".")[2]: v for key, v in drawn.items() if key.startswith("camera.")}
             latitude, longitude = at["latitude_deg"], at["longitude_deg"]
             camera = Camera.at(**at, above="ground", intrinsics=self.intrinsics)
         sun = None

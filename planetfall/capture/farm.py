@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack
+from copy import copy
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -55,6 +56,11 @@ class Farm:
                 f"{address!r}: {error}; start one with `dask scheduler` and workers with `dask worker {address}`"
             ) from error
         self._asked_s, self._threads = -_ASK_AGAIN_S, 0
+        # Workers that can't import it would end at the first job, one by one.
+        told: Any = self._client.run(eval, "__import__('planetfall').__version__", on_error="return")
+        if wrong := {worker: found for worker, found in told.items() if found != __version__}:
+            self._client.close()
+            raise SettingError(f"scheduler: expected planetfall {__version__} in all workers, found {wrong!r}")
 
     def results(self, work: Work, common: object, jobs: Iterable[object]) -> Iterator[Files]:
         """What `work(common, job)` gives for each job, in the order of their ends, each once. work: a function at the
@@ -65,7 +71,7 @@ class Farm:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of maps that are large: they are sent once to each worker
             # Held by the scheduler as a task, it can be made again when the worker that held it is lost.
-            shared = self._client.submit(_same, common, key=f"planetfall-common-{mark}")
+            shared = self._client.submit(copy, common, key=f"planetfall-common-{mark}")
 
         def submitted(count: int) -> list[Any]:
             some = list(islice(waiting, count))
@@ -93,7 +99,7 @@ class Farm:
             there: Any = self._client.nthreads()
             self._threads, self._asked_s = sum(there.values()), time.monotonic()
             if not self._threads:
-                log.warning("the scheduler has no workers yet; start some: dask worker --nthreads 1 <its address>")
+                log.warning("the scheduler has no workers; start some: dask worker --nthreads 1 <its address>")
         return max(4 * self._threads, _LEAST_AHEAD)
 
     def __enter__(self) -> Farm:
@@ -130,12 +136,8 @@ def _forget() -> None:
         _kept.popitem()[1][1].close()
 
 
-def _same(value: object) -> object:
-    return value
-
-
 def _called(job: object, *, version: str, work: Work, common: object) -> Files:
-    if version != __version__:
+    if version != __version__:  # of one that came later
         raise SettingError(f"scheduler: a worker has planetfall {__version__}, this is {version}; install the same one")
     return _own_thread.submit(_guarded, work, common, job).result()
 

@@ -118,26 +118,49 @@ def test_a_job_that_ends_every_worker_is_told(cluster):
         list(farm.results(_ends_its_process, None, range(1)))
 
 
-def test_a_scheduler_that_ends_is_told(tmp_path):
-    pytest.importorskip("distributed", reason="the extra farm is not installed")
+def started(tmp_path, python_path: str) -> tuple[str, list[subprocess.Popen]]:
+    """Address of a scheduler, and it and its worker."""
     file = tmp_path / "scheduler.json"
     options = ["--scheduler-file", str(file), "--dashboard-address", ":0"]
     commands = (["scheduler", "--host", "127.0.0.1", "--port", "0"], ["worker", "--nthreads", "1", "--no-nanny"])
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    env = {**os.environ, "PYTHONPATH": python_path}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": env, "cwd": tmp_path}
-    scheduler, worker = (subprocess.Popen([sys.executable, "-m", "dask", *c, *options], **quiet) for c in commands)
+    processes = [subprocess.Popen([sys.executable, "-m", "dask", *c, *options], **quiet) for c in commands]
+    end_s = time.monotonic() + 60.0
+    while not file.exists() and time.monotonic() < end_s:
+        time.sleep(0.1)
+    return json.loads(file.read_text())["address"], processes
+
+
+def test_workers_without_the_package_are_told(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the extra farm is not installed")
+    (tmp_path / "planetfall").mkdir()
+    (tmp_path / "planetfall" / "__init__.py").write_text("raise ModuleNotFoundError('there is none')\n")
+    address, processes = started(tmp_path, str(tmp_path))
     try:
-        end_s = time.monotonic() + 60.0
-        while not file.exists() and time.monotonic() < end_s:
-            time.sleep(0.1)
-        with farms.Farm(json.loads(file.read_text())["address"]) as farm:
+        with distributed.Client(address, set_as_default=False) as client:
+            client.wait_for_workers(1, timeout=60)
+        with pytest.raises(pf.SettingError, match=r"expected planetfall .*there is none"):
+            farms.Farm(address)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def test_a_scheduler_that_ends_is_told(tmp_path):
+    pytest.importorskip("distributed", reason="the extra farm is not installed")
+    address, processes = started(tmp_path, os.pathsep.join(sys.path))
+    scheduler = processes[0]
+    try:
+        with farms.Farm(address) as farm:
             results = farm.results(_slow_echo, b"x", range(1000))
             next(results)
             scheduler.kill()
             with pytest.raises(pf.expected_errors(), match=r"it is gone.*run the same command again"):
                 list(results)
     finally:
-        for process in (worker, scheduler):
+        for process in processes:
             process.kill()
             process.wait()
 
