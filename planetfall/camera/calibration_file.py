@@ -26,6 +26,9 @@ _ROS_NAMES = {
 _WRITTEN = {"pinhole": "plumb_bob", "brown": "plumb_bob", "rational": "rational_polynomial", "fisheye": "equidistant"}
 _BY_COUNT = {0: "pinhole", 4: "brown", 5: "brown", 8: "rational", 12: "rational", 14: "rational"}
 _LINE = re.compile(r"( *)([\w.\-]+|\"[^\"]*\")\s*:(?:\s+(.*))?$")
+_PAIR = re.compile(r"([\w\-]+)\s*:\s*(\[[^\]]*\]|[^,\s}]+)")
+"""Of what stands in braces on one line"""
+_ENDS = {"[": "]", "{": "}"}
 _MATRICES = ("camera_matrix", "distortion_coefficients")
 
 
@@ -41,7 +44,9 @@ def read_calibration(path: Path) -> dict[str, Any]:
     numbers = {name: _numbers(path, name, found[name + ".data"]) for name in _MATRICES if name + ".data" in found}
     matrix, distortion = numbers.get("camera_matrix"), tuple(numbers.get("distortion_coefficients", ()))
     if matrix is None or len(matrix) != 9:
-        raise CameraError(f"{path}: camera_matrix: expected a 3 x 3 matrix with its numbers in data, found {matrix}")
+        raise CameraError(
+            f"{path}: camera_matrix: expected a 3 x 3 matrix, nine numbers in data, found {matrix or 'none'}"
+        )
     if matrix[1]:
         raise CameraError(f"{path}: camera_matrix: skew {matrix[1]:g} is not part of any model here; expected 0")
     told = found.get("distortion_model", "fisheye" if found.get("fisheye_model", "0") not in ("0", "") else "")
@@ -93,6 +98,10 @@ def _values(path: Path, text: str) -> dict[str, str]:
     lines = iter(enumerate(text.splitlines(), 1))
     for number, raw in lines:
         line = raw.split(" #")[0].rstrip()
+        if (item := line.strip()).startswith("- ") and above:  # a list with a line for each number
+            name = ".".join(key for _, key in above)
+            found[name] = f"{found[name]}, {item[2:]}" if name in found else item[2:]
+            continue
         if not line.strip() or line.lstrip().startswith(("#", "%", "-", "...")):
             continue
         match = _LINE.match(line)
@@ -101,12 +110,16 @@ def _values(path: Path, text: str) -> dict[str, str]:
         indent, key, value = len(match[1]), match[2].strip('"'), (match[3] or "").strip()
         above = [(depth, name) for depth, name in above if depth < indent]
         name = ".".join([*(name for _, name in above), key])
-        while value.startswith("[") and "]" not in value:
+        while (end := _ENDS.get(value[:1], "")) not in value:
             more = next(lines, None)
             if more is None:
-                raise CameraError(f"{path}, line {number}: {key}: the list that begins there has no end, expected ]")
+                raise CameraError(
+                    f"{path}, line {number}: {key}: the list that begins there has no end, expected {end}"
+                )
             value += " " + more[1].split(" #")[0].strip()
-        if value and not value.startswith("!"):
+        if value.startswith("{"):
+            found |= {f"{name}.{inner}": each for inner, each in _PAIR.findall(value)}
+        elif value and not value.startswith("!"):
             found[name] = value.strip("\"'")
         else:
             above.append((indent, key))

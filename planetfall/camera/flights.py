@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+from collections.abc import Mapping
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +12,12 @@ from ..components import Ocean, Sun
 from ..systems.flight import PATHS_FILE, BoundPath, Path, find_path, load_paths
 from .arguments import check_scene
 from .camera import Camera
+from .light import light_of
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-__all__ = ["ScenePath", "over_scene", "path", "paths"]
+__all__ = ["ScenePath", "over_scene", "path", "paths", "told_of"]
 
 log = logging.getLogger(__name__)
 
@@ -45,13 +47,19 @@ def over_scene(flight: Path, scene: Scene) -> ScenePath:
             flight.name, flight.planet, scene.name,
         )  # fmt: skip
     bound = flight.over(planet.radius_m, scene.height_field(), None if ocean is None else ocean.sea_level_m)
-    return ScenePath(flight.name, bound)
+    return ScenePath(flight.name, bound, light_of(scene))
+
+
+def told_of(flight: Path) -> dict[str, Any]:
+    """All that a flight's file says, as plain data."""
+    return {name: value for name, value in dataclasses.asdict(flight).items() if not name.startswith("_")}
 
 
 class ScenePath:
-    """A flight over one planet. `camera_at(time_s)` for 0 to `duration_s`; `sun` (None: the scene's own)."""
+    """A flight over one planet. `camera_at(time_s)` for 0 to `duration_s`; `sun`, with the irradiance and disc of the
+    scene's (None: the scene's own)."""
 
-    def __init__(self, name: str, bound: BoundPath) -> None:
+    def __init__(self, name: str, bound: BoundPath, light: Mapping[str, Any]) -> None:
         self.name = name
         self._bound = bound
         place = bound.path.sun
@@ -62,6 +70,7 @@ class ScenePath:
                 azimuth_deg=place.azimuth_deg,
                 latitude_deg=place.latitude_deg,
                 longitude_deg=place.longitude_deg,
+                **light,
             )
 
     @property
@@ -72,8 +81,7 @@ class ScenePath:
     @property
     def keys(self) -> dict[str, Any]:
         """All that its file says, as plain data."""
-        told = dataclasses.asdict(self._bound.path)
-        return {name: value for name, value in told.items() if not name.startswith("_")}
+        return told_of(self._bound.path)
 
     @property
     def duration_s(self) -> float:

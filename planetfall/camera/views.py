@@ -15,6 +15,7 @@ from ..scene.file import describe, planets
 from ..scene.kinds import PLANET_KINDS, PRESETS
 from ..scene.scene import PlanetHandle, Scene
 from .camera import Camera, PlacedCamera
+from .light import light_of
 from .place import Optics, Place, SceneCamera, make_place
 
 __all__ = ["View", "view", "views"]
@@ -70,7 +71,7 @@ class _Row:
         """The view's own, in the light of a scene's."""
         if self.sun_direction is None and self.sun_elevation_deg is None:
             return None
-        light = {} if scene is None else {k: getattr(scene.sun, k) for k in ("irradiance", "angular_radius_rad")}
+        light = {} if scene is None else light_of(scene)
         if self.sun_direction is not None:
             return Sun(direction=self.sun_direction, **light)
         return Sun(

@@ -18,10 +18,10 @@ from .._version import __version__
 from ..engine.processor import processor_name
 from ..engine.space import CameraState, local_axes
 from ..systems.capture import CaptureError, require_writable
-from ..systems.capture.files import written_beside
+from ..systems.capture.files import remove_unfinished, written_beside
 from .captures import save_capture
 from .carried import packed, unpacked
-from .dataset_plan import DatasetPlan, Drawn, read_plan
+from .dataset_plan import DatasetPlan, Drawn, checked_frames, read_plan
 from .dataset_stage import Stage, Staged
 from .farm import Farm, kept, land
 
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["dataset"]
 
-_PLAN, _LINES, _MANIFEST, _TRANSFORMS = "plan.json", "frames.jsonl", "manifest.json", "transforms.json"
+_FRAMES, _PLAN = "frames", "plan.json"
+_LINES, _MANIFEST, _TRANSFORMS = "frames.jsonl", "manifest.json", "transforms.json"
 _MODELS = {"pinhole": ("OPENCV", ()), "brown": ("OPENCV", ("k1", "k2", "p1", "p2", "k3")),
            "fisheye": ("OPENCV_FISHEYE", ("k1", "k2", "k3", "k4"))}  # fmt: skip
 """Lenses that transforms.json has a name for, and those of their coefficients."""
@@ -57,18 +58,18 @@ def dataset(
     transforms.json for radiance fields, manifest.json with checksums. CaptureError for a folder of another plan.
     """
     plan = plan if isinstance(plan, DatasetPlan) else read_plan(plan)
-    wanted = range(plan.count) if frames is None else frames
-    drawn = {n: plan.frame(n) for n in wanted}
+    wanted = checked_frames(frames, plan.count)
+    shown = {n: plan.scene_of(n) for n in wanted}
     for name in plan.scenes:
         with plan.scene(name) as scene:
-            Stage(plan, scene).check(n for n in wanted if drawn[n].scene == name)
+            Stage(plan, scene).check(n for n in wanted if shown[n] == name)
     with nullcontext() if scheduler is None else Farm(scheduler) as farm:
         root = require_writable(Path(folder), make_folder=True)
         _claim(root, plan)
-        (root / "frames").mkdir(exist_ok=True)
+        remove_unfinished(require_writable(root / _FRAMES, make_folder=True))
         missing = [n for n in wanted if not _is_whole(root, n)]
         # A scene at a time: a frame hangs on none before it.
-        parts = {name: [n for n in missing if drawn[n].scene == name] for name in plan.scenes}
+        parts = {name: [n for n in missing if shown[n] == name] for name in plan.scenes}
         make = _make_here(plan, root, parts) if farm is None else _make_there(plan, root, farm, parts)
         for done, _ in enumerate(make, 1 + len(wanted) - len(missing)):
             if progress is not None:
@@ -104,18 +105,22 @@ def _on_a_worker(common: tuple[DatasetPlan, Mapping[str, bytes]], number: int) -
     made = kept(("dataset", plan.content, name), lambda stack: _Set(plan, partial(unpacked, scenes[name]), stack))
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
-        (root / "frames").mkdir()
+        (root / _FRAMES).mkdir()
         return {file: (root / file).read_bytes() for file in made.render(root, number)}
 
 
 def _claim(root: Path, plan: DatasetPlan) -> None:
-    file, own = root / _PLAN, json.dumps({"planetfall": __version__, "plan": plan.content})
+    file, own = root / _PLAN, {"planetfall": __version__, "plan": plan.content}
     if file.exists():
-        if file.read_text(encoding="utf-8") != own:
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            found = None
+        if not isinstance(found, dict) or any(found.get(key) != value for key, value in own.items()):
             raise CaptureError(f"{root} holds frames of another plan or version; name another folder")
-    elif any((root / "frames").glob("*")):
+    elif any((root / _FRAMES).glob("*")):
         raise CaptureError(f"{root} holds frames of unknown origin; name another folder")
-    _write(file, own)
+    _write(file, json.dumps({**own, "made_of": plan.told}, indent=1))
 
 
 def _write(path: Path, text: str) -> None:
@@ -124,7 +129,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def _files(root: Path, number: int) -> Path:
-    return root / "frames" / f"{number:06d}"
+    return root / _FRAMES / f"{number:06d}"
 
 
 def _is_whole(root: Path, number: int) -> bool:
@@ -170,9 +175,12 @@ class _Set:
             "frame": number, "scene": drawn.scene, "drawn": dict(drawn.values), "time_s": frame.time_s,
             "camera": _pose(state),
             "lens": _lens(plan, state), "exposure_ev100": renderer.exposure,
-            "wavelengths_nm": list(renderer.wavelengths_nm), "quality": plan.quality, "planetfall": __version__,
+            "wavelengths_nm": list(renderer.wavelengths_nm), "quality": plan.quality,
+            "overrides": dict(plan.overrides), "planetfall": __version__,
             "machine": [processor_name(), renderer.gpu.caps.renderer, renderer.gpu.caps.version],
         }  # fmt: skip
+        if "material" in arrays:
+            told["materials"] = renderer.materials
         base, parts = _files(root, number), {}
         if plan.format == "png":
             if "color" in arrays:
@@ -215,14 +223,18 @@ def _summarise(root: Path, plan: DatasetPlan) -> None:
     told = [json.loads(_files(root, n).with_suffix(".json").read_text(encoding="utf-8"))
             for n in range(plan.count) if _is_whole(root, n)]  # fmt: skip
     _write(root / _LINES, "".join(f"{json.dumps(each)}\n" for each in told))
+    known = told and told[0]["lens"]["model"] in _MODELS
+    if known and "color" in plan.outputs and plan.format == "png" and len(plan.scenes) == 1:
+        _write(root / _TRANSFORMS, json.dumps(_transforms(told), indent=1))
     files = {name: file["sha256"] for each in told for name, file in each["files"].items()}
+    lines = [_files(root, each["frame"]).with_suffix(".json") for each in told]
+    whole = [path for path in (root / _PLAN, root / _LINES, root / _TRANSFORMS) if path.is_file()]
+    files |= {path.relative_to(root).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+              for path in (*lines, *whole)}  # fmt: skip
     machines = sorted({tuple(each["machine"]) for each in told})
     manifest = {"planetfall": __version__, "plan": plan.content, "count": plan.count, "frames": len(told),
                 "machines": machines, "files": files}  # fmt: skip
     _write(root / _MANIFEST, json.dumps(manifest, indent=1))
-    known = told and told[0]["lens"]["model"] in _MODELS
-    if known and "color" in plan.outputs and plan.format == "png" and len(plan.scenes) == 1:
-        _write(root / _TRANSFORMS, json.dumps(_transforms(told), indent=1))
 
 
 def _transforms(told: list[dict[str, Any]]) -> dict[str, Any]:

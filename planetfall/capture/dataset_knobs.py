@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ from ..engine.settings.check import FieldRule
 from ..quality import QUALITY, resolve_quality
 from ..scene.kinds import KINDS
 
-__all__ = ["check_distribution", "drawn_knob", "drawn_value", "split_overrides"]
+__all__ = ["Bounds", "check_distribution", "drawn_knob", "drawn_value", "split_overrides"]
 
 
 def _log_uniform(random: np.random.Generator, a: float, b: float) -> float:
@@ -32,15 +34,27 @@ _DRAW: Mapping[str, Callable[[np.random.Generator, float, float], float]] = {
     "area": _by_area,
 }
 _CHOICE = "choice"
+_HUGE = 1e15
+"""Beyond it are neither lengths, angles nor times; sums of such numbers are finite."""
 _NAMES = (*_DRAW, _CHOICE)
 
 
-def drawn_value(value: Any, random: np.random.Generator) -> float:
-    """A number, or one of a distribution."""
-    if isinstance(value, Mapping):
-        ((kind, numbers),) = value.items()
-        return float(random.choice(numbers)) if kind == _CHOICE else _DRAW[kind](random, *numbers)
-    return float(value)
+@dataclass(frozen=True)
+class Bounds:
+    """What numbers a key takes, both ends included."""
+
+    low: float = -_HUGE
+    high: float = _HUGE
+
+    def __str__(self) -> str:
+        return "a number" if self.high == _HUGE else f"a number from {self.low:g} to {self.high:g}"
+
+
+def drawn_value(value: Mapping[str, Any], bounds: Bounds, random: np.random.Generator) -> float:
+    """One number of a distribution; none leaves the bounds."""
+    ((kind, numbers),) = value.items()
+    drawn = float(random.choice(numbers)) if kind == _CHOICE else _DRAW[kind](random, *numbers)
+    return min(max(drawn, bounds.low), bounds.high)
 
 
 def drawn_knob(key: str, value: Mapping[str, Any], random: np.random.Generator) -> Any:
@@ -69,6 +83,11 @@ def split_overrides(where: str, quality: str, table: Mapping[str, Any]) -> tuple
         settings = resolve_quality(quality, fixed)
     except SettingError as error:
         raise PresetError(f"{where}: {error}") from error
+    for key, value in flat.items():
+        rule = QUALITY.component_rules.get(key)
+        if key.startswith("sun.") and rule is not None and rule.knob.group == "position":
+            told = "elevation_deg and azimuth_deg of [sun] say where each frame's sun stands"
+            raise PresetError(f"{where}: overrides: {key}: {told}; found {value!r}")
     for key, value in varied.items():
         at, rule = f"{where}: overrides: {key}", QUALITY.component_rules.get(key)
         if key in QUALITY.rules:
@@ -104,12 +123,13 @@ def _check_knob(where: str, rule: FieldRule, value: Mapping[str, Any]) -> None:
             raise PresetError(str(error)) from error
 
 
-def check_distribution(where: str, value: Any) -> None:
-    """PresetError unless it is a number, or a distribution of numbers."""
-    if isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
-        return
+def check_distribution(where: str, value: Any, bounds: Bounds | None = None) -> None:
+    """PresetError unless it is a number, or a distribution of numbers, within bounds."""
+    bounds = bounds or Bounds()
+    if _is_number(value):
+        return _check_bounds(where, [value], bounds)
     if not isinstance(value, Mapping) or len(value) != 1 or next(iter(value)) not in _NAMES:
-        raise PresetError(f"{where}: expected a number, or one of {{ {' | '.join(_NAMES)} = [...] }}, found {value!r}")
+        raise PresetError(f"{where}: expected {bounds}, or one of {{ {' | '.join(_NAMES)} = [...] }}, found {value!r}")
     ((kind, numbers),) = value.items()
     fits = isinstance(numbers, list) and numbers and all(_is_number(n) for n in numbers)
     if not fits or (kind != _CHOICE and len(numbers) != 2):
@@ -117,9 +137,21 @@ def check_distribution(where: str, value: Any) -> None:
         raise PresetError(f"{where}: {kind}: expected {wanted}, found {numbers!r}")
     if kind not in (_CHOICE, "normal") and not numbers[0] <= numbers[1]:
         raise PresetError(f"{where}: {kind}: expected the lower number first, found {numbers!r}")
-    if (kind == "log" and numbers[0] <= 0.0) or (kind == "normal" and numbers[1] < 0.0):
+    if kind == "log" and numbers[0] <= 0.0:
         raise PresetError(f"{where}: {kind}: expected numbers above 0, found {numbers!r}")
+    if kind == "normal" and not 0.0 <= numbers[1] <= _HUGE:
+        raise PresetError(f"{where}: {kind}: expected a mean and a deviation from 0 on, found {numbers!r}")
+    if kind == "area" and not -90.0 <= numbers[0] <= numbers[1] <= 90.0:
+        raise PresetError(f"{where}: {kind}: expected latitudes from -90 to 90, found {numbers!r}")
+    _check_bounds(f"{where}: {kind}", numbers[:1] if kind == "normal" else numbers, bounds)
+
+
+def _check_bounds(where: str, numbers: Sequence[float], bounds: Bounds) -> None:
+    for number in numbers:
+        if not bounds.low <= number <= bounds.high:
+            raise PresetError(f"{where}: expected a number from {bounds.low:g} to {bounds.high:g}, found {number!r}")
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+    whole = isinstance(value, int) and not isinstance(value, bool)  # which may be larger than any float
+    return whole or (isinstance(value, float) and math.isfinite(value))

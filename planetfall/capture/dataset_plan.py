@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import operator
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..camera.camera import Camera
+from ..camera.flights import told_of
 from ..camera.intrinsics import Intrinsics
 from ..components import Sun
 from ..engine.settings import PresetError, did_you_mean, read_toml
@@ -22,9 +25,9 @@ from ..render.outputs import OUTPUTS
 from ..scene.saving import scene_tables
 from ..scene.scene import Scene, load_scene
 from ..systems.flight import PATHS_FILE, Path, find_path
-from .dataset_knobs import check_distribution, drawn_knob, drawn_value, split_overrides
+from .dataset_knobs import Bounds, check_distribution, drawn_knob, drawn_value, split_overrides
 
-__all__ = ["DatasetPlan", "Drawn", "parse_range", "read_plan"]
+__all__ = ["DatasetPlan", "Drawn", "checked_frames", "parse_range", "read_plan"]
 
 FORMATS = ("png", "npz", "exr")
 _KEYS: Mapping[str, type | tuple[type, ...]] = {
@@ -34,7 +37,12 @@ _KEYS: Mapping[str, type | tuple[type, ...]] = {
 }  # fmt: skip
 _CAMERA = {"latitude_deg": {"area": [-70.0, 70.0]}, "longitude_deg": {"uniform": [-180.0, 180.0]}, "altitude_m": 500.0,
            "heading_deg": {"uniform": [0.0, 360.0]}, "pitch_deg": -20.0, "fov_y_deg": 60.0}  # fmt: skip
+_LENS = "fov_y_deg"
+"""Of a camera without intrinsics"""
 _SUN = {"elevation_deg": 40.0, "azimuth_deg": {"uniform": [0.0, 360.0]}}
+_BOUNDS = {"camera.latitude_deg": Bounds(-90.0, 90.0), "camera.altitude_m": Bounds(0.0, 1e10),
+           "camera.pitch_deg": Bounds(-90.0, 90.0), "camera.fov_y_deg": Bounds(0.001, 179.0),
+           "sun.elevation_deg": Bounds(-90.0, 90.0)}  # fmt: skip
 _OUTPUTS = ("color", "depth", "normal", "material")
 
 
@@ -72,34 +80,39 @@ class DatasetPlan:
     values: Mapping[str, Any]
     """Numbers and distributions of all else, by key"""
     intrinsics: Intrinsics | None
-    content: str
-    """Checksum of all that decides what is drawn"""
+    told: Mapping[str, Any] = field(default_factory=dict)
+    """All that decides what is drawn, as plain data"""
+    content: str = ""
+    """Checksum of `told`"""
 
     def frame(self, number: int) -> Drawn:
         """What frame number (0 .. count - 1) shows."""
 
-        def random(key: str) -> np.random.Generator:
-            # One of its own for each key: another key in the plan leaves the others' numbers as they are.
-            return np.random.default_rng([self.seed, number, zlib.crc32(key.encode())])
-
-        drawn = {key: drawn_value(value, random(key)) for key, value in self.values.items()}
+        random = partial(self._random, number)
+        drawn = {
+            key: drawn_value(value, _bounds(key), random(key)) if isinstance(value, Mapping) else float(value)
+            for key, value in self.values.items()
+        }
         knobs = {key: drawn_knob(key, value, random(key)) for key, value in self.varied.items()}
-        scene = self.scenes[int(random("scene").integers(len(self.scenes)))]
         camera, latitude, longitude = None, 0.0, 0.0
         if self.flight is None:
-            at = {key.partition(".")[2]: v for key, v in drawn.items() if key.startswith("camera.")}
-            at |= {key: float(np.clip(at[key], -90.0, 90.0)) for key in ("latitude_deg", "pitch_deg")}
+            at: dict[str, Any] = {key.partition(".")[2]: v for key, v in drawn.items() if key.startswith("camera.")}
             latitude, longitude = at["latitude_deg"], at["longitude_deg"]
-            camera = Camera.at(
-                latitude, longitude, at["altitude_m"], at["heading_deg"], at["pitch_deg"], at["fov_y_deg"], "ground",
-                intrinsics=self.intrinsics,
-            )  # fmt: skip
+            camera = Camera.at(**at, above="ground", intrinsics=self.intrinsics)
         sun = None
         if "sun.elevation_deg" in drawn:
-            sun = Sun(elevation_deg=float(np.clip(drawn["sun.elevation_deg"], -90.0, 90.0)),
-                      azimuth_deg=drawn["sun.azimuth_deg"] % 360.0,
-                      latitude_deg=latitude, longitude_deg=longitude)  # fmt: skip
-        return Drawn(number, scene, camera, sun, drawn.get("time_s"), {**drawn, **knobs}, knobs)
+            sun = Sun(elevation_deg=drawn["sun.elevation_deg"], azimuth_deg=drawn["sun.azimuth_deg"] % 360.0,
+                      latitude_deg=latitude, longitude_deg=longitude % 360.0)  # fmt: skip
+        return Drawn(number, self.scene_of(number), camera, sun, drawn.get("time_s"), {**drawn, **knobs}, knobs)
+
+    def scene_of(self, number: int) -> str:
+        """Which of `scenes` frame number shows."""
+        whole = len(self.scenes)
+        return self.scenes[0 if whole == 1 else int(self._random(number, "scene").integers(whole))]
+
+    def _random(self, number: int, key: str) -> np.random.Generator:
+        # One of its own for each key: another key in the plan leaves the others' numbers as they are.
+        return np.random.default_rng([self.seed, number, zlib.crc32(key.encode())])
 
     def scene(self, name: str) -> Scene:
         """One of `scenes`, which are files beside the plan or presets."""
@@ -121,8 +134,8 @@ def read_plan(path: str | PathLike[str]) -> DatasetPlan:
     scenes = [scenes] if isinstance(scenes, str) else scenes
     if not scenes or not all(isinstance(name, str) for name in scenes):
         raise PresetError(f"{path}: scene: expected names or files of scenes, found {scenes!r}")
-    if len(size) != 2 or not all(isinstance(n, int) and 0 < n <= 16384 for n in size):
-        raise PresetError(f"{path}: size: expected [width, height] in pixels, found {size!r}")
+    if len(size) != 2 or not all(type(n) is int and 0 < n <= 16384 for n in size):
+        raise PresetError(f"{path}: size: expected [width, height] in pixels, from 1 to 16384, found {size!r}")
     count, format = data.get("count", 100), data.get("format", "png")
     if count < 1:
         raise PresetError(f"{path}: count: expected at least 1 frame, found {count}")
@@ -141,17 +154,18 @@ def read_plan(path: str | PathLike[str]) -> DatasetPlan:
         size = intrinsics.size
     plan = DatasetPlan(
         path, data.get("seed", 0), count, (size[0], size[1]), quality, tuple(scenes), outputs, format, fixed, varied,
-        flight, values, intrinsics, "",
+        flight, values, intrinsics,
     )  # fmt: skip
-    told = {**data, "values": values, "lens": None if intrinsics is None else repr(intrinsics), "flight": repr(flight)}
+    told = {**data, "values": values, "lens": None if intrinsics is None else asdict(intrinsics),
+            "flight": None if flight is None else told_of(flight)}  # fmt: skip
     for name in scenes:
         try:
             with plan.scene(name) as scene:
                 told[f"scene {name}"] = scene_tables(scene)
         except SettingError as error:
             raise PresetError(f"{path}: scene: {error}") from error
-    content = hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
-    return replace(plan, content=content)
+    text = json.dumps(told, sort_keys=True, default=str)
+    return replace(plan, told=json.loads(text), content=hashlib.sha256(text.encode()).hexdigest())
 
 
 def _flight(path: FilePath, data: Mapping[str, Any]) -> Path | None:
@@ -172,7 +186,10 @@ def _values(path: FilePath, data: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers and distributions of camera, sun and time; of a flight only those that the plan has."""
     whole = "path" not in data
     values: dict[str, Any] = {"time_s": data.get("time_s", 0.0)} if whole or "time_s" in data else {}
-    for table, known in (("camera", _CAMERA), ("sun", _SUN)):
+    if "intrinsics" in data and _LENS in data.get("camera", {}):
+        raise PresetError(f"{path}: camera.{_LENS}: the lens of intrinsics has its own; leave one of them out")
+    camera = {key: default for key, default in _CAMERA.items() if key != _LENS or "intrinsics" not in data}
+    for table, known in (("camera", camera), ("sun", _SUN)):
         own = data.get(table, {})
         for key in own:
             if key not in known:
@@ -180,23 +197,48 @@ def _values(path: FilePath, data: Mapping[str, Any]) -> dict[str, Any]:
         if whole or table in data:
             values |= {f"{table}.{key}": own.get(key, default) for key, default in known.items()}
     for key, value in values.items():
-        check_distribution(f"{path}: {key}", value)
+        check_distribution(f"{path}: {key}", value, _bounds(key))
     return values
 
 
+def _bounds(key: str) -> Bounds:
+    return _BOUNDS.get(key) or Bounds()
+
+
 def _outputs(path: FilePath, outputs: Any, format: str) -> tuple[str, ...]:
-    if not outputs or "flow" in outputs:
-        raise PresetError(f"{path}: outputs: frames stand for themselves; expected outputs other than flow")
+    known = [name for name in OUTPUTS if name != "flow"]
+    if not outputs:
+        raise PresetError(f"{path}: outputs: expected at least one of {', '.join(known)}, found none")
     for name in outputs:
-        if name not in OUTPUTS:
-            raise PresetError(f"{path}: outputs: {name!r}; {did_you_mean(str(name), OUTPUTS, 'outputs')}")
+        if name == "flow":
+            raise PresetError(
+                f"{path}: outputs: flow leads to the frame before, and here frames stand for themselves; leave it out"
+            )
+        if name not in known:
+            raise PresetError(f"{path}: outputs: no output {name!r}; {did_you_mean(name, known, 'outputs')}")
     if format == "exr" and "instance" in outputs:
         raise PresetError(f"{path}: outputs: instance: an EXR's floats can't hold its numbers; use format = \"npz\"")
     return tuple(outputs)
 
 
+def checked_frames(frames: Sequence[int] | None, count: int) -> Sequence[int]:
+    """Numbers of frames, each once; all of `count` for None. SettingError for those that are none of them."""
+    _check_count(count)
+    if frames is None:
+        return range(count)
+    try:
+        wanted = list(dict.fromkeys(operator.index(n) for n in frames))
+    except TypeError:
+        raise SettingError(f"frames: expected whole numbers such as range(0, {count}), found {frames!r}") from None
+    wrong = [n for n in wanted if not 0 <= n < count]
+    if wrong:
+        raise SettingError(f"frames: expected numbers from 0 to {count - 1}, found {wrong[0]}")
+    return wanted
+
+
 def parse_range(text: str, count: int) -> range:
     """ "A:B", as Python slices have it, of count frames. SettingError for anything else."""
+    _check_count(count)
     first, colon, last = text.partition(":")
     try:
         found = range(count)[slice(int(first) if first else None, int(last) if last else None)] if colon else None
@@ -205,3 +247,8 @@ def parse_range(text: str, count: int) -> range:
     if not found:
         raise SettingError(f"frames: expected A:B of 0:{count}, such as 0:{max(count // 2, 1)}, found {text!r}")
     return found
+
+
+def _check_count(count: Any) -> None:
+    if not hasattr(count, "__index__") or count < 1:
+        raise SettingError(f"count: expected a whole number of frames, at least 1, found {count!r}")

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack
+from copy import copy
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,6 +33,7 @@ Files = Mapping[str, bytes]
 Work = Callable[[Any, Any], Files]
 
 CONNECT_S = 5.0
+_GO_ON = "What was made is kept: run the same command again to go on"
 _ASK_AGAIN_S = 5.0  # how many workers there are
 _LEAST_AHEAD = 16  # jobs with the scheduler: results wait in its workers' memory to be fetched, so not all at a time
 
@@ -54,6 +56,11 @@ class Farm:
                 f"{address!r}: {error}; start one with `dask scheduler` and workers with `dask worker {address}`"
             ) from error
         self._asked_s, self._threads = -_ASK_AGAIN_S, 0
+        # Workers that can't import it would end at the first job, one by one.
+        told: Any = self._client.run(eval, "__import__('planetfall').__version__", on_error="return")
+        if wrong := {worker: found for worker, found in told.items() if found != __version__}:
+            self._client.close()
+            raise SettingError(f"scheduler: expected planetfall {__version__} in all workers, found {wrong!r}")
 
     def results(self, work: Work, common: object, jobs: Iterable[object]) -> Iterator[Files]:
         """What `work(common, job)` gives for each job, in the order of their ends, each once. work: a function at the
@@ -64,7 +71,7 @@ class Farm:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of maps that are large: they are sent once to each worker
             # Held by the scheduler as a task, it can be made again when the worker that held it is lost.
-            shared = self._client.submit(_same, common, key=f"planetfall-common-{mark}")
+            shared = self._client.submit(copy, common, key=f"planetfall-common-{mark}")
 
         def submitted(count: int) -> list[Any]:
             some = list(islice(waiting, count))
@@ -74,20 +81,17 @@ class Farm:
 
         ended = as_completed(submitted(self._ahead()), loop=self._client.loop, with_results=True)
         try:
-            for _, files in ended:
+            for future, files in ended:
+                if future.cancelled():  # and so are all others
+                    raise CancelledError(future.key)
                 if ended.count() <= self._ahead() // 2:  # many at a time: a message for each costs more than most jobs
                     ended.update(submitted(self._ahead() - ended.count()))
                 yield files
         except KilledWorker as error:
-            raise CaptureError(
-                f"scheduler: a job ended each worker that it was given to ({error}); look at the workers' logs and "
-                "memory. What was made is kept: run the same command again to go on"
-            ) from error
+            what = f"a job ended each worker that it was given to ({error}); look at the workers' logs and memory"
+            raise CaptureError(f"scheduler: {what}. {_GO_ON}") from error
         except CancelledError as error:
-            raise CaptureError(
-                "scheduler: it is gone, or was restarted, and its jobs with it. What was made is kept: run the same "
-                "command again to go on"
-            ) from error
+            raise CaptureError(f"scheduler: it is gone, or was restarted, and its jobs with it. {_GO_ON}") from error
 
     def _ahead(self) -> int:
         """How many jobs to have under way: four to a worker. Others may come at any time."""
@@ -95,7 +99,7 @@ class Farm:
             there: Any = self._client.nthreads()
             self._threads, self._asked_s = sum(there.values()), time.monotonic()
             if not self._threads:
-                log.warning("the scheduler has no workers yet; start some: dask worker --nthreads 1 <its address>")
+                log.warning("the scheduler has no workers; start some: dask worker --nthreads 1 <its address>")
         return max(4 * self._threads, _LEAST_AHEAD)
 
     def __enter__(self) -> Farm:
@@ -132,12 +136,8 @@ def _forget() -> None:
         _kept.popitem()[1][1].close()
 
 
-def _same(value: object) -> object:
-    return value
-
-
 def _called(job: object, *, version: str, work: Work, common: object) -> Files:
-    if version != __version__:
+    if version != __version__:  # of one that came later
         raise SettingError(f"scheduler: a worker has planetfall {__version__}, this is {version}; install the same one")
     return _own_thread.submit(_guarded, work, common, job).result()
 

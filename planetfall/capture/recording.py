@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
-from ..camera.arguments import check_scene
+from ..camera.arguments import check_scene, check_size
 from ..camera.flights import ScenePath, path
 from ..errors import SettingError
+from ..quality import resolve_quality
 from ..systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
 from ..systems.capture.sheet import even_selection
 from ..systems.capture.video import check_video_size, ffmpeg
 from .carried import packed, unpacked
+from .dataset_plan import checked_frames
 from .farm import Farm, kept, land
 from .shot import camera_settings, made_of
 
@@ -86,12 +88,15 @@ def record(
     """
     check_scene(scene, "record")
     _check_fps(fps, gif)
+    wanted = checked_frames(frames, count)
+    check_size(size, None)
+    overrides = {**EVERY_RAY, **(overrides or {})}
+    scene.validate(resolve_quality(quality, overrides))  # before the folder belongs to these settings
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,
-        "overrides": {**EVERY_RAY, **(overrides or {})}, "made_of": made_of(scene, path=flight.keys),
+        "overrides": overrides, "made_of": made_of(scene, path=flight.keys),
     }  # fmt: skip
-    wanted = range(count) if frames is None else frames
     if video:
         try:
             ffmpeg()

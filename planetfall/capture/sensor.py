@@ -22,6 +22,7 @@ PATTERNS = ("mono", "rgb", "RGGB", "BGGR", "GRBG", "GBRG")
 PLANCK_J_S, LIGHT_M_S = 6.62607015e-34, 299792458.0
 """Exact by definition (SI, 2019)."""
 _LARGEST_SEED = 2**64
+_LARGEST_WELL_E = 1e12  # numpy's Poisson numbers are of 64 bits
 _FIXED, _TEMPORAL = 0, 1
 """Which of a seed's streams of random numbers is meant."""
 
@@ -71,8 +72,9 @@ class Sensor:
     def __post_init__(self) -> None:
         if self.pattern not in PATTERNS:
             raise SettingError(f"Sensor.pattern: expected one of {', '.join(PATTERNS)}, found {self.pattern!r}")
-        for name in ("pixel_pitch_m", "full_well_e", "gain_dn_e"):
+        for name in ("pixel_pitch_m", "gain_dn_e"):
             _number(f"Sensor.{name}", getattr(self, name), above=True)
+        _number("Sensor.full_well_e", self.full_well_e, above=True, most=_LARGEST_WELL_E)
         for name in ("dark_e_s", "read_noise_e", "dsnu_e", "black_level_dn"):
             _number(f"Sensor.{name}", getattr(self, name))
         _number("Sensor.prnu", self.prnu, most=1.0)
@@ -240,7 +242,7 @@ def _whole(name: str, value: object, least: int, most: int) -> None:
         number = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         number = least - 1
-    if not least <= number <= most:
+    if isinstance(value, bool) or not least <= number <= most:
         raise SettingError(f"{name}: expected a whole number from {least} to {most}, found {value!r}")
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from ..camera.light import light_of
 from ..capture.photos import LARGEST_PX
 from ..engine.space import latitude_longitude, orthonormal_axes
 from ..errors import CameraError, SettingError, SizeError
@@ -126,7 +127,7 @@ class SunOptions:
             return None
         if len(given) > 1:
             raise SettingError(f"{' and '.join(given)} exclude each other: give one of them")
-        light: dict[str, Any] = {"irradiance": scene.sun.irradiance, "angular_radius_rad": scene.sun.angular_radius_rad}
+        light = light_of(scene)
         if self.sun_direction is not None:
             return Sun(direction=self.sun_direction, **light)
         if self.sun_epoch_s is not None:

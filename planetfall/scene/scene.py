@@ -32,7 +32,7 @@ from .kinds import KINDS, PLANET_KINDS, SCENE_KINDS, refuse_elsewhere
 from .moving import set_places
 from .orbits import overlaps, places, reach_m
 from .saving import left_out, scene_tables
-from .shared import pack
+from .shared import pack, places_from
 
 if TYPE_CHECKING:
     from ..engine.surface.field import HeightField
@@ -264,7 +264,10 @@ class Scene:
     # -- files --------------------------------------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the scene as TOML; `load_scene(path)` gives an equal one. Written beside, then renamed."""
+        """Write the scene as TOML; `load_scene(path)` gives an equal one. Written beside, then renamed.
+
+        Maps and meshes that are named from the current folder are named from the file's; those with whole paths stay.
+        """
         self.validate()
         data: dict[str, Any] = {"format": FORMAT, "name": self.name}
         if self.about:
@@ -272,6 +275,7 @@ class Scene:
         if self.preset is not None:
             data["like"] = self.preset
         data |= scene_tables(self)
+        places_from(data, Path(path).parent)
         unknown, functions = left_out(self)
         if unknown:
             log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(unknown))

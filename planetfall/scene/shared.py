@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import re
 import shutil
 import tempfile
 import zipfile
@@ -16,12 +18,13 @@ import platformdirs
 from ..engine.settings import PresetError, read_toml, rules_of, write_toml
 from .kinds import KINDS
 
-__all__ = ["SUFFIX", "opened", "pack"]
+__all__ = ["SUFFIX", "opened", "pack", "places_from"]
 
 SUFFIX = ".planetfall"
 _SCENE, _FILES = "scene.toml", "files"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 """Of what is in it, so that the same scene makes the same file."""
+_NUMBER = re.compile(r"^\d+-")
 _HASHED = 16
 """Digits of the content's checksum in the name of the folder that it is unpacked into."""
 
@@ -38,7 +41,7 @@ def pack(saved: Path, out: Path) -> Path:
     data = read_toml(saved)
     inside: dict[Path, str] = {}
     for table, knob in _files_named(data):
-        source = Path(table[knob])
+        source = saved.parent / table[knob]
         if knob == "height_map" and (source.is_dir() or source.suffix.lower() == ".toml"):
             raise PresetError(
                 f"{out}: {knob} names tiles of elevation, {source}, which are no part of a shared scene; give the "
@@ -46,7 +49,9 @@ def pack(saved: Path, out: Path) -> Path:
             )
         if not source.is_file():
             raise PresetError(f"{out}: {knob}: no such file: {source}; a shared scene holds the files that it names")
-        name = inside.setdefault(source.resolve(), f"{_FILES}/{len(inside)}-{source.name}")
+        # Those of a scene that was shared before have a number already.
+        plain = _NUMBER.sub("", source.name) if source.parent.name == _FILES else source.name
+        name = inside.setdefault(source.resolve(), f"{_FILES}/{len(inside)}-{plain}")
         table[knob] = name
     handle, beside = tempfile.mkstemp(prefix=f".{out.name}.", suffix=".tmp", dir=out.parent)
     os.close(handle)
@@ -115,6 +120,17 @@ def _unpack(path: Path, folder: Path) -> None:
 def _belongs(name: str) -> bool:
     parts = PurePosixPath(name).parts
     return name == _SCENE or (len(parts) == 2 and parts[0] == _FILES and ".." not in parts and "\\" not in name)
+
+
+def places_from(data: dict[str, Any], folder: Path) -> None:
+    """Has the files that a scene's tables name counted from a folder, as in a file there; those that are counted from
+    the current one so far. Absolute paths stay."""
+    for table, knob in _files_named(data):
+        path = Path(table[knob]).expanduser()
+        if not path.is_absolute():
+            with contextlib.suppress(ValueError):  # another drive
+                path = Path(os.path.relpath(path.absolute(), folder.absolute()))
+        table[knob] = path.as_posix()
 
 
 def _files_named(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:

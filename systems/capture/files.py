@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+_UNFINISHED = re.compile(r"\.(frame_)?\d{4,}-\w{8}\.\w+")
 
 
 class CaptureError(RuntimeError):
@@ -47,10 +51,14 @@ def require_writable(path: Path | str, *, make_folder: bool = False) -> Path:
 def written_beside(path: Path | str) -> Iterator[Path]:
     """Yields a name in the same folder to write to; on success it is renamed to ``path``, on failure it is removed.
 
-    The name keeps the suffix, because many writers choose their format by it.
+    The name keeps the suffix, because many writers choose their format by it. CaptureError when the disk is full, the
+    folder is gone, or the system says anything else against it.
     """
     path = Path(path)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    except OSError as error:
+        raise _not_written(path, error) from error
     os.close(handle)
     beside = Path(name)
     try:
@@ -59,5 +67,26 @@ def written_beside(path: Path | str) -> Iterator[Path]:
         os.umask(umask)
         beside.chmod(0o666 & ~umask)  # mkstemp makes files for the owner only
         beside.replace(path)
+    except OSError as error:
+        if error.errno is None:  # not the system's, but a writer's own, such as OutputError
+            raise
+        raise _not_written(path, error) from error
     finally:
         beside.unlink(missing_ok=True)
+
+
+def _not_written(path: Path, error: OSError) -> CaptureError:
+    why = error.strerror or error
+    return CaptureError(f"{path} cannot be written ({why}); make room, change its rights or name another one")
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what writers that were killed have left beside numbered files, such as .000012-x1y2z3.png.
+
+    Files younger than a minute may belong to somebody who is writing them.
+    """
+    for left in folder.iterdir():
+        if _UNFINISHED.fullmatch(left.name):
+            with suppress(OSError):
+                if time.time() - left.stat().st_mtime > 60.0:
+                    left.unlink()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .files import CaptureError, require_writable, written_beside
+from .files import CaptureError, remove_unfinished, require_writable, written_beside
 from .png import json_plain, write_png
 
 MANIFEST = "sequence.json"
@@ -43,6 +43,7 @@ class NumberedFrames:
             raise CaptureError(
                 f"{self.folder} holds frames of unknown origin; replace them by force (--force) or name another"
             )
+        remove_unfinished(self.folder)
         with written_beside(manifest) as beside:
             beside.write_text(made_of, encoding="utf-8")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 
@@ -11,6 +12,7 @@ import pytest
 import planetfall as pf
 from planetfall.capture.dataset_plan import parse_range, read_plan
 from planetfall.cli.main import main
+from planetfall.systems.capture import CaptureError
 
 PLAN = """
 seed = 3
@@ -44,7 +46,14 @@ def test_a_set_is_whole_and_the_same_in_any_order(plan, tmp_path):
     one = pf.dataset(plan, tmp_path / "one")
     told, manifest = lines(one), json.loads((one / "manifest.json").read_text())
     assert [each["frame"] for each in told] == [0, 1, 2] and manifest["frames"] == manifest["count"] == 3
-    assert manifest["files"] == sums(one) and len(sums(one)) == 6 and len(manifest["machines"]) == 1
+    assert sums(one).items() <= manifest["files"].items() and len(sums(one)) == 6 and len(manifest["machines"]) == 1
+    # All that is there has its checksum, and says what it was made of.
+    assert manifest["files"] == {
+        path.relative_to(one).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in one.rglob("*") if path.is_file() and path.name != "manifest.json"
+    }  # fmt: skip
+    assert json.loads((one / "plan.json").read_text())["made_of"]["scene moon"]["planet"]["radius_m"] > 0.0
+    assert told[0]["overrides"] == {} and "none" in told[0]["materials"].values()
     # Backwards, and half of it in a folder of its own.
     two = pf.dataset(plan, tmp_path / "two", frames=[2])
     three = pf.dataset(plan, tmp_path / "three", frames=[1, 0])
@@ -118,18 +127,39 @@ def test_distributions(plan):
         (("count = 3", "count = 0"), "at least 1 frame"),
         (("[64, 36]", "[64]"), "size: expected"),
         (('"low"', '"low"\nformat = "gif"'), "format"),
-        (('"depth"', '"flow"'), "other than flow"),
+        (("[64, 36]", "[true, 36]"), "size: expected"),
+        (('"depth"', '"flow"'), "leave it out"),
+        (('"depth"', '["depth"]'), r"no output \['depth'\]"),
+        (('"depth"', "{ depth = 1 }"), "no output {'depth': 1}"),
+        (('"color", "position", "depth", "material"', ""), "at least one of color"),
         (("altitude_m", "altitude"), r"camera\.altitude: no such key"),
         (("log = [50.0", "log = [-50.0"), "above 0"),
         (("uniform = [-60.0, -20.0]", "uniform = [-20.0, -60.0]"), "lower number first"),
         (("uniform = [-60.0, -20.0]", "uniform = [-20.0]"), "two numbers"),
-        (("{ uniform", "{ gauss"), "expected a number, or one of"),
+        (("{ uniform", "{ gauss"), "expected a number from -90 to 90, or one of"),
     ],
 )
 def test_a_plan_that_is_wrong_is_told_why(plan, change, match):
     plan.write_text(PLAN.replace(*change))
     with pytest.raises(pf.PresetError, match=match):
         read_plan(plan)
+
+
+def test_numbers_of_frames_that_are_not_there(plan, tmp_path):
+    for frames, match in (([3], "from 0 to 2, found 3"), ([-1], "found -1"), ("0:2", "whole numbers"), (5, "whole")):
+        with pytest.raises(pf.SettingError, match=match):
+            pf.dataset(plan, tmp_path / "out", frames=frames)
+    assert not (tmp_path / "out").exists()
+
+
+def test_folders_with_something_in_the_way(plan, tmp_path):
+    for file, content in (("frames", ""), ("plan.json", "{"), ("plan.json", "3")):
+        out = tmp_path / "out"
+        out.mkdir(exist_ok=True)
+        (out / file).write_text(content)
+        with pytest.raises(CaptureError, match=r"cannot be made|another plan"):
+            pf.dataset(plan, out, frames=[0])
+        shutil.rmtree(out)
 
 
 def test_ranges():

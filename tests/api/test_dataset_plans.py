@@ -126,6 +126,8 @@ def test_a_flight_with_a_sun_a_time_and_a_lens_of_the_plans_own(written, tmp_pat
         ("[overrides]\nterrain.shadows = { uniform = [0, 1] }", "choice"),
         ("[overrides]\nocean.sea_level_m = { uniform = [0.0, 1.0] }", r"scene 'mars' has no Ocean"),
         ("[overrides]\nterrain.highest_m = { choice = [-15000.0] }", r"frame \d.*lowest_m"),
+        ("[overrides]\nsun.elevation_deg = { uniform = [1.0, 9.0] }", r"sun\.elevation_deg.*of \[sun\] say"),
+        ("[overrides]\nsun.direction = [1.0, 0.0, 0.0]", r"sun\.direction.*of \[sun\] say"),
         ('path = "lo"', "unknown path 'lo': did you mean 'low'"),
         ('paths = "x.toml"', "name the one to take"),
         ('path = "low"\npaths = "x.toml"', "no such file"),
@@ -137,6 +139,61 @@ def test_what_is_wrong_is_told_before_any_drawing(written, tmp_path, monkeypatch
     with pytest.raises(pf.PresetError, match=match):
         pf.dataset(written(SMALL + text), tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("time_s = 1e30", r"time_s: expected a number from -1e\+15 to 1e\+15"),
+        (f"time_s = 1{'0' * 400}", r"time_s: expected a number from -1e\+15 to 1e\+15"),
+        ("[camera]\nlatitude_deg = 200.0", "latitude_deg: expected a number from -90 to 90, found 200"),
+        ("[camera]\nlatitude_deg = { area = [-200.0, 200.0] }", "latitudes from -90 to 90"),
+        (
+            "[camera]\nfov_y_deg = { uniform = [10.0, 200.0] }",
+            "fov_y_deg: uniform: expected a number from 0.001 to 179",
+        ),
+        ("[camera]\naltitude_m = -500.0", r"altitude_m: expected a number from 0 to 1e\+10"),
+        ("[camera]\naltitude_m = { normal = [9.0, -1.0] }", "a deviation from 0 on"),
+        ("[sun]\nelevation_deg = { choice = [400.0] }", "elevation_deg: choice: expected a number from -90 to 90"),
+        ('intrinsics = "lens.yml"\n[camera]\nfov_y_deg = 40.0', "the lens of intrinsics has its own"),
+    ],
+)
+def test_numbers_out_of_range_are_told_when_the_plan_is_read(written, tmp_path, text, match):
+    pf.Intrinsics(64, 36, 50.0, 50.0, 31.5, 17.5).save(tmp_path / "lens.yml")
+    with pytest.raises(pf.PresetError, match=match):
+        read_plan(written(SMALL + text))
+
+
+def test_normal_numbers_stay_in_range_and_a_lens_has_no_angle(written, tmp_path):
+    camera = "[camera]\naltitude_m = { normal = [10.0, 500.0] }\npitch_deg = { normal = [-80.0, 20.0] }\n"
+    plan = read_plan(written(SMALL.replace("count = 4", "count = 200") + camera))
+    drawn = [plan.frame(n).values for n in range(200)]
+    assert min(each["camera.altitude_m"] for each in drawn) == 0.0
+    assert min(each["camera.pitch_deg"] for each in drawn) == -90.0
+    pf.Intrinsics(64, 36, 50.0, 50.0, 31.5, 17.5).save(tmp_path / "lens.yml")
+    with_lens = read_plan(written(SMALL + 'intrinsics = "lens.yml"\n'))
+    assert "camera.fov_y_deg" in drawn[0] and "camera.fov_y_deg" not in with_lens.frame(0).values
+
+
+@pytest.mark.parametrize("camera", ["", 'path = "mine"\npaths = "mine.toml"\n'])
+def test_suns_have_the_light_of_the_scene_and_of_the_plan(written, tmp_path, camera):
+    """Strength and disc are the scene's, or what the plan overrides them with, wherever the sun stands."""
+    (tmp_path / "far.toml").write_text('base = "mars"\n[sun]\nirradiance = [0.1, 0.2, 0.3]\nelevation_deg = 1.0\n')
+    keys = "keys = [{ time_s = 0.0, altitude_m = 1e3 }, { time_s = 9.0, altitude_m = 1e3, away_deg = 1.0 }]\n"
+    place = "latitude_deg = 0.0\nlongitude_deg = 0.0\nsun = { elevation_deg = 30.0 }\n"
+    (tmp_path / "mine.toml").write_text(f'[path.mine]\nkind = "keys"\n{place}{keys}')
+    for own in ("", "[sun]\nelevation_deg = 20.0\n"):
+        knobs = "[overrides]\nsun.angular_radius_rad = 0.01\nterrain.craters = { uniform = [0.0, 1.0] }\n"
+        plan = read_plan(written(SMALL.replace('"mars"', '"far.toml"') + camera + knobs + own))
+        with plan.scene("far.toml") as scene:
+            sun = Stage(plan, scene).frame(plan.frame(3)).sun
+        assert sun is not None and sun.irradiance == (0.1, 0.2, 0.3) and sun.angular_radius_rad == 0.01
+        assert sun.elevation_deg == (20.0 if own else 30.0 if camera else 40.0)
+    varied = "[overrides]\nsun.irradiance = { choice = [[3.0, 2.0, 1.0]] }\nplanet.radius_m = 2e6\n"
+    plan = read_plan(written(SMALL + camera + varied))
+    with plan.scene("mars") as scene:
+        sun = Stage(plan, scene).frame(plan.frame(3)).sun
+        assert sun is not None and sun.irradiance == (3.0, 2.0, 1.0) and scene.planet.radius_m == 2e6
 
 
 def test_other_words_of_a_plan(written, tmp_path, capsys):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -87,6 +90,11 @@ def _echo(common: bytes, job: int) -> dict[str, bytes]:
     return {f"{job}": common, f"{job}.json": b"{}"}
 
 
+def _slow_echo(common: bytes, job: int) -> dict[str, bytes]:
+    time.sleep(0.1)
+    return _echo(common, job)
+
+
 def _fails(common: object, job: int) -> dict[str, bytes]:
     raise pf.SettingError(f"job {job} can't be")
 
@@ -108,6 +116,53 @@ def test_a_job_that_ends_every_worker_is_told(cluster):
     told = pytest.raises(pf.expected_errors(), match="ended each worker")
     with farms.Farm(cluster.scheduler_address) as farm, told:
         list(farm.results(_ends_its_process, None, range(1)))
+
+
+def started(tmp_path, python_path: str) -> tuple[str, list[subprocess.Popen]]:
+    """Address of a scheduler, and it and its worker."""
+    file = tmp_path / "scheduler.json"
+    options = ["--scheduler-file", str(file), "--dashboard-address", ":0"]
+    commands = (["scheduler", "--host", "127.0.0.1", "--port", "0"], ["worker", "--nthreads", "1", "--no-nanny"])
+    env = {**os.environ, "PYTHONPATH": python_path}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": env, "cwd": tmp_path}
+    processes = [subprocess.Popen([sys.executable, "-m", "dask", *c, *options], **quiet) for c in commands]
+    end_s = time.monotonic() + 60.0
+    while not file.exists() and time.monotonic() < end_s:
+        time.sleep(0.1)
+    return json.loads(file.read_text())["address"], processes
+
+
+def test_workers_without_the_package_are_told(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the extra farm is not installed")
+    (tmp_path / "planetfall").mkdir()
+    (tmp_path / "planetfall" / "__init__.py").write_text("raise ModuleNotFoundError('there is none')\n")
+    address, processes = started(tmp_path, str(tmp_path))
+    try:
+        with distributed.Client(address, set_as_default=False) as client:
+            client.wait_for_workers(1, timeout=60)
+        with pytest.raises(pf.SettingError, match=r"expected planetfall .*there is none"):
+            farms.Farm(address)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def test_a_scheduler_that_ends_is_told(tmp_path):
+    pytest.importorskip("distributed", reason="the extra farm is not installed")
+    address, processes = started(tmp_path, os.pathsep.join(sys.path))
+    scheduler = processes[0]
+    try:
+        with farms.Farm(address) as farm:
+            results = farm.results(_slow_echo, b"x", range(1000))
+            next(results)
+            scheduler.kill()
+            with pytest.raises(pf.expected_errors(), match=r"it is gone.*run the same command again"):
+                list(results)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
 
 
 def test_an_address_without_a_scheduler_is_told_in_seconds(plan, tmp_path, capsys):

@@ -161,6 +161,25 @@ rectification_matrix:
 """
 
 
+def test_yaml_in_braces_and_lists_line_by_line_are_read(tmp_path):
+    """As rosparam and people write it."""
+    rows = [[120.0, 0.0, 79.0], [0.0, 121.5, 44.0], [0.0, 0.0, 1.0]]
+    numbers, bent = [n for row in rows for n in row], [-0.28, 0.09, 0.0, 0.0, 0.0]
+    size = "image_width: 160\nimage_height: 90\n"
+    braces = "".join(f"{name}: {{rows: 3, cols: 3,\n  data: {data}}}\n"
+                     for name, data in (("camera_matrix", numbers), ("distortion_coefficients", bent)))  # fmt: skip
+    block = "".join(f"{name}:\n  rows: 3\n  data:\n" + "".join(f"  - {n}\n" for n in data)
+                    for name, data in (("camera_matrix", numbers), ("distortion_coefficients", bent)))  # fmt: skip
+    for text in (size + braces, size + block, block + size):
+        (tmp_path / "camera.yaml").write_text(text)
+        lens = pf.Intrinsics.load(tmp_path / "camera.yaml")
+        assert (lens.fx, lens.fy, lens.cx, lens.cy) == (120.0, 121.5, 79.0, 44.0)
+        assert lens.model == "brown" and lens.distortion == tuple(bent) and lens.size == (160, 90)
+    (tmp_path / "camera.yaml").write_text(size + "camera_matrix: {rows: 3,\n")
+    with pytest.raises(pf.CameraError, match=r"line 3: camera_matrix: .* no end, expected }"):
+        pf.Intrinsics.load(tmp_path / "camera.yaml")
+
+
 @pytest.mark.parametrize(
     ("told", "model", "data"),
     [
@@ -215,7 +234,7 @@ MATRIX = "camera_matrix:\n  rows: 3\n  data: [1, 0, 2, 0, 1, 2, 0, 0, 1]\n"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("image_width: 4\nimage_height: 3\n", r"camera_matrix: expected a 3 x 3 matrix .*, found None"),
+        ("image_width: 4\nimage_height: 3\n", r"camera_matrix: expected a 3 x 3 matrix.*, found none"),
         (MATRIX, r"image_width: expected a whole number of pixels, found nothing"),
         (MATRIX + "image_width: 4\nimage_height: -3\n", r"image_height: expected a whole number of pixels, found -3"),
         (MATRIX.replace("2,", "two,", 1), r"camera_matrix: data: expected a list of numbers, found '\[1, 0, two"),

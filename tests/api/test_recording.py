@@ -127,3 +127,20 @@ def test_parts_of_a_recording_are_put_together(tmp_path: Path) -> None:
     assert first.sheet is not None and first.sheet.is_file() and len(first.frames) == 4
     for one, two in zip(whole.frames, first.frames, strict=True):
         np.testing.assert_array_equal(np.asarray(Image.open(one)), np.asarray(Image.open(two)))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"quality": "lwo"}, "did you mean 'low'"),
+        ({"overrides": {"terrain.edge": 3.0}}, "terrain.edge"),
+        ({"size": (0, 36)}, "at least 1"),
+        ({"count": 0}, "at least 1"),
+        ({"count": 2.5}, "whole number of frames"),
+        ({"frames": [7]}, "from 0 to 2, found 7"),
+    ],
+)
+def test_what_is_wrong_leaves_no_folder_that_refuses_the_next_try(tmp_path: Path, options: Any, match: str) -> None:
+    with pf.load_scene("mars") as scene, pytest.raises(pf.expected_errors(), match=match):
+        pf.record(scene, "low", tmp_path / "out", **{"count": 3, "video": False, **options})
+    assert not (tmp_path / "out").exists()

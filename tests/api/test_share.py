@@ -127,3 +127,26 @@ def test_files_of_the_first_format_still_open(tmp_path):
         scene.save(tmp_path / "new.toml")
     data = read_toml(tmp_path / "new.toml")
     assert data["format"] == 1 and [layer["kind"] for layer in data["clouds"]["layers"]] == ["cumulus", "cirrus"]
+
+
+def test_files_named_from_the_current_folder_are_found_from_any(mapped, tmp_path, monkeypatch):
+    pytest.importorskip("trimesh", reason="the extra props is not installed")
+    (tmp_path / "else" / "where").mkdir(parents=True)
+    (tmp_path / "hut.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
+    monkeypatch.chdir(tmp_path)
+    with pf.load_scene("earth_moon") as scene:
+        moon = scene.companions["moon"].scene
+        moon.planet[pf.Terrain].height_map_range_m = (-900.0, 900.0)
+        moon.planet[pf.Terrain].height_map = "here/hills.png"
+        scene.add(pf.Transform((6.4e6, 0.0, 0.0)), pf.Shape("hut.obj"), name="hut")
+        wanted = heights(moon)
+        scene.save("else/where/own.toml")
+        scene.share("own.planetfall")
+    monkeypatch.chdir(tmp_path / "else")
+    for file in (Path("where") / "own.toml", tmp_path / "own.planetfall"):
+        with pf.load_scene(file) as again:
+            np.testing.assert_array_equal(heights(again.companions["moon"].scene), wanted)
+            assert Path(again.props[0][pf.Shape].form).is_file()
+            # Shared once more it is the same file.
+            assert again.share("again.planetfall").read_bytes() == (tmp_path / "own.planetfall").read_bytes()
+    assert Path("where/own.toml").read_text().count("../../here/hills.png") == 1

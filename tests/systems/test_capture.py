@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from pathlib import Path
@@ -85,6 +86,38 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX rights")
+def test_what_the_system_says_against_a_file_is_told(tmp_path: Path) -> None:
+    with (
+        pytest.raises(CaptureError, match=r"a\.txt cannot be written \(No space left"),
+        written_beside(tmp_path / "a.txt"),
+    ):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    with pytest.raises(CaptureError, match="No such file"), written_beside(tmp_path / "gone" / "a.txt"):
+        pass
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(CaptureError, match="folder cannot be written"), written_beside(tmp_path / "folder"):
+        pass
+    with pytest.raises(OSError, match="a writer's own"), written_beside(tmp_path / "a.txt"):
+        raise OSError("a writer's own")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder"]
+
+
+def test_what_killed_writers_left_is_removed_once_it_is_old(tmp_path: Path) -> None:
+    own = ["000012.png", ".hidden-12345678.png", "frame_0001.png", ".0001.png"]
+    for name in (*own, ".000012-ab_d3f5h.npz", ".frame_0001-ab_d3f5h.png", ".000013-ab_d3f5h.json"):
+        (tmp_path / name).touch()
+        if "000013" not in name:
+            os.utime(tmp_path / name, (0, 0))
+    NumberedFrames(tmp_path, 2, force=True)
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {*own, "sequence.json", ".000013-ab_d3f5h.json"} - {"frame_0001.png"}
+    with written_beside(tmp_path / "000012.png") as beside:  # its names are of that kind
+        os.utime(beside, (0, 0))
+        NumberedFrames(tmp_path, 2, force=True)
+        assert not beside.exists()
+        beside.touch()
+
+
 def test_written_files_get_the_usual_rights(tmp_path: Path) -> None:
     (tmp_path / "plain").write_text("")
     write_png(tmp_path / "a.png", pixels())
