@@ -117,6 +117,17 @@ def _belongs(name: str) -> bool:
     return name == _SCENE or (len(parts) == 2 and parts[0] == _FILES and ".." not in parts and "\\" not in name)
 
 
+def count_from(data: dict[str, Any], folder: Path) -> None:
+    """Paths of maps in a scene file's content, counted from here so far, as its folder counts them: from there if they
+    are in it, so that both can be moved, and in full if not."""
+    for table, knob in _files_named(data):
+        if knob == "form":  # load_scene looks for meshes in both places
+            continue
+        at = Path(os.path.normpath(Path(table[knob]).expanduser().absolute()))
+        inside = at.is_relative_to(folder.absolute())
+        table[knob] = (at.relative_to(folder.absolute()) if inside else at).as_posix()
+
+
 def _files_named(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """(table, knob) of each knob in a scene file's content that names a file."""
     from ..systems.props import is_file
