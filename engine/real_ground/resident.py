@@ -5,8 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
+from threading import Lock
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,18 +30,23 @@ MOST_LEVELS = 24
 _WIDEST_STEP_DEG = 0.14
 """Levels end at samples so far apart: the margin of the last one is 1000 km wide on Earth."""
 _SLOT_BYTES = 4 * SLOT * SLOT
+_reading = Lock()
+_in_use: WeakValueDictionary[tuple[int, tuple[object, ...]], RealGround] = WeakValueDictionary()
+"""All that somebody still holds, however many planets have tiles, and the last one that was asked for."""
+_last: list[RealGround] = []
 
 
 def real_ground(path: str, most_bytes: int, what: str) -> RealGround:
     """The map at `path`, read once as long as its files stay as they are, in at most about so many bytes. TileError
     says what is wrong."""
-    return _real_ground(path, most_bytes, what, tiles_stamp(path))
-
-
-@lru_cache(maxsize=2)
-def _real_ground(path: str, most_bytes: int, what: str, stamp: tuple[object, ...]) -> RealGround:
-    found = Keeper(stamp, most_bytes).load()
-    return found or resident_ground(open_tiles(path, what), most_bytes, what)
+    stamp = tiles_stamp(path)
+    with _reading:
+        found = _in_use.get((most_bytes, stamp))
+        if found is None:
+            found = Keeper(stamp, most_bytes).load() or resident_ground(open_tiles(path, what), most_bytes, what)
+            _in_use[most_bytes, stamp] = found
+        _last[:] = [found]
+    return found
 
 
 def make_ground(path: str, most_bytes: int, what: str, progress: Progress | None = None) -> tuple[RealGround, Path]:

@@ -71,10 +71,31 @@ def find_tile(file: Path, inside: PurePosixPath, size_bytes: int) -> Found:
     """Where a file's samples are. inside: its path from the folder of tiles. TileError says what is wrong."""
     ending = file.suffix.lower()
     if ending == ".hgt":
-        return _find_hgt(file, size_bytes)
-    if ending == ".png":
-        return _find_png(file, inside)
-    return _find_tiff(file)
+        found = _find_hgt(file, size_bytes)
+    elif ending == ".png":
+        found = _find_png(file, inside)
+    else:
+        found = _find_tiff(file)
+    return _on_the_world(file, found)
+
+
+def _on_the_world(file: Path, found: Found) -> Found:
+    lattice = found.lattice
+    if found.columns < 1 or found.rows < 1:
+        raise TileError(f"{file} has no samples: fetch it again, or remove it")
+    v = (np.array([found.row, found.row + found.rows - 1]) + lattice.phase_y) / lattice.down
+    u = (np.array([found.column, found.column + found.columns - 1]) + lattice.phase_x) / lattice.across
+    near = 1e-6  # of the world: numbers in files are rounded
+    if v.min() < -near or v.max() > 1.0 + near or u.min() < -1.0 - near or u.max() > 2.0 + near:
+        north, south = 90.0 - 180.0 * v if not lattice.mercator else lattice.place(np.zeros(2), v * lattice.down)[0]
+        west, east = 360.0 * u - 180.0
+        raise TileError(
+            f"{file} lies at latitudes {south:.6g} to {north:.6g}, longitudes {west:.6g} to {east:.6g}; expected -90 "
+            "to 90 and -180 to 180, in degrees: correct its place, or remove it"
+        )
+    if found.columns > lattice.across + 1.0 + 1e-6:
+        raise TileError(f"{file} goes around the world more than once, {found.columns} columns; remove it")
+    return found
 
 
 def read_tile(file: Path, found: Found, png: str = "terrain-rgb") -> Heights:
@@ -195,6 +216,11 @@ def _find_tiff(file: Path) -> Found:
         )
     i, j, _, x, y, _ = (float(v) for v in np.ravel(ties)[:6])
     step_x, step_y = float(scale[0]), float(scale[1])
+    if not all(math.isfinite(v) for v in (i, j, x, y)) or not all(0.0 < v < math.inf for v in (step_x, step_y)):
+        raise TileError(
+            f"{file}: its first pixel is at ({x:g}, {y:g}), pixels are {step_x:g} x {step_y:g}; expected numbers, and "
+            "pixels above 0, rows from north to south: write it anew with gdalwarp -t_srs EPSG:4326 -r cubic"
+        )
     # The place of the first sample's middle.
     first = 0.0 if int(tags.get("GTRasterTypeGeoKey", 1)) == 2 else 0.5
     x, y = x + (first - i) * step_x, y - (first - j) * step_y

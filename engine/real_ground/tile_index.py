@@ -13,6 +13,7 @@ changed files are read again. Broken files cost one warning each and stand for n
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import os
 import tomllib
@@ -35,8 +36,9 @@ log = logging.getLogger(__name__)
 
 Ints = NDArray[np.int64]
 
-_FORMAT = 1
+_FORMAT = 2
 """Of the kept index; another number forgets what older ones kept."""
+_MOST_GEOID_M = 1e5
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,11 @@ def is_tiles(path: str) -> bool:
     place = Path(path).expanduser()
     if not place.is_dir():
         return place.suffix.lower() == ".toml"
-    with os.scandir(place) as entries:
-        return not any(Path(entry.name).stem in FACES and entry.is_file() for entry in entries)
+    try:
+        with os.scandir(place) as entries:
+            return not any(Path(entry.name).stem in FACES and entry.is_file() for entry in entries)
+    except OSError:  # what reads it says so
+        return True
 
 
 def tile_folders(path: str, what: str) -> list[TileFolder]:
@@ -109,6 +114,8 @@ def tile_folders(path: str, what: str) -> list[TileFolder]:
 
 def _entry(place: Path, what: str, entry: Any) -> TileFolder:
     known = {"folder": str, "png": str, "geoid_m": (int, float)}
+    if not isinstance(entry, dict):
+        raise TileError(f"{what}: {place}: found {entry!r} in tiles; expected tables [[tiles]]")
     for key, value in entry.items():
         if key not in known:
             raise TileError(f"{what}: {place}: unknown key {key!r} in [[tiles]]; expected {', '.join(known)}")
@@ -116,13 +123,18 @@ def _entry(place: Path, what: str, entry: Any) -> TileFolder:
             raise TileError(
                 f"{what}: {place}: {key} = {value!r}; expected a {'text' if key != 'geoid_m' else 'number'}"
             )
+    geoid_m = float(entry.get("geoid_m", 0.0))
+    if not abs(geoid_m) <= _MOST_GEOID_M:
+        raise TileError(
+            f"{what}: {place}: geoid_m = {geoid_m!r}; expected metres, {-_MOST_GEOID_M:g} to {_MOST_GEOID_M:g}"
+        )
     folder = place.parent / str(entry.get("folder", "."))
     if not folder.is_dir():
         raise TileError(f"{what}: {place}: no folder {str(folder)!r}; correct the path")
     png = str(entry.get("png", "terrain-rgb"))
     if png not in PNG_CODES:
         raise TileError(f"{what}: {place}: png = {png!r}; expected {' or '.join(map(repr, PNG_CODES))}")
-    return TileFolder(folder, png, float(entry.get("geoid_m", 0.0)))
+    return TileFolder(folder, png, geoid_m)
 
 
 @dataclass(frozen=True)
@@ -137,21 +149,53 @@ class _Listing:
     def of(folder: Path) -> _Listing:
         rows: list[tuple[str, int, int]] = []
         waiting = [(str(folder), "")]
+        been: set[tuple[int, int]] = set()  # a link may lead back to where one is
         while waiting:
             at, inside = waiting.pop()
-            with os.scandir(at) as entries:
-                for entry in entries:
-                    name = entry.name
-                    if name.startswith("."):
-                        continue
-                    if name.lower().endswith(ENDINGS):
-                        found = entry.stat()
-                        rows.append((inside + name, found.st_mtime_ns, found.st_size))
-                    elif entry.is_dir():
-                        waiting.append((entry.path, f"{inside}{name}/"))
+            try:
+                here = os.stat(at)
+                with os.scandir(at) as found_here:
+                    entries = sorted(found_here, key=lambda entry: entry.name)
+            except OSError as error:
+                log.warning("%s can't be searched for tiles: %s (left out)", at, error.strerror)
+                continue
+            if (here.st_dev, here.st_ino) in been:
+                continue
+            been.add((here.st_dev, here.st_ino))
+            for entry in entries:
+                name = entry.name
+                if name.startswith("."):
+                    continue
+                if _is_folder(entry):
+                    waiting.append((entry.path, f"{inside}{name}/"))
+                elif name.lower().endswith(ENDINGS):
+                    rows.append((inside + name, *_change(entry)))
         rows.sort()
         numbers = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1, 2)
         return _Listing([row[0] for row in rows], numbers[:, 0], numbers[:, 1])
+
+    def digest(self) -> str:
+        """Of all of it: a tile that has only been renamed is another one."""
+        found = hashlib.sha256("\n".join(self.names).encode(errors="surrogateescape"))
+        for numbers in (self.changed_ns, self.sizes):
+            found.update(np.ascontiguousarray(numbers).tobytes())
+        return found.hexdigest()
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
+
+
+def _change(entry: os.DirEntry[str]) -> tuple[int, int]:
+    """Time of change in ns and bytes; zeros of a link to nothing: what reads it says so."""
+    try:
+        found = entry.stat()
+    except OSError:
+        return 0, 0
+    return found.st_mtime_ns, found.st_size
 
 
 def tiles_stamp(path: str) -> tuple[object, ...]:
@@ -166,7 +210,7 @@ def tiles_stamp(path: str) -> tuple[object, ...]:
         return tuple(stamp)
     for each in folders:
         listing = _Listing.of(each.folder)
-        stamp += [each, len(listing.names), int(listing.changed_ns.sum()), int(listing.sizes.sum())]
+        stamp += [each, listing.digest()]
     return tuple(stamp)
 
 
@@ -241,9 +285,9 @@ class _Kept:
             with np.load(self._file, allow_pickle=False) as held:
                 if int(held["format"]) != _FORMAT:
                     return nothing
-                names = bytes(held["names"]).decode().split("\n")
+                names = bytes(held["names"]).decode(errors="surrogateescape").split("\n")
                 numbers, where, times = held["numbers"], held["where"], held["times"]
-                texts = bytes(held["messages"]).decode().split("\n")
+                texts = bytes(held["messages"]).decode(errors="surrogateescape").split("\n")
                 lattices = [Lattice(bool(row[0]), *(float(v) for v in row[1:])) for row in held["lattices"]]
         except FileNotFoundError:
             return nothing
@@ -278,12 +322,12 @@ class _Kept:
                 np.savez(
                     file,
                     format=np.array(_FORMAT),
-                    names=np.frombuffer("\n".join(listing.names).encode(), np.uint8),
+                    names=np.frombuffer("\n".join(listing.names).encode(errors="surrogateescape"), np.uint8),
                     times=np.stack([listing.changed_ns, listing.sizes], axis=1),
                     numbers=numbers,
                     where=where,
                     lattices=np.array(rows, dtype=np.float64).reshape(-1, 5),
-                    messages=np.frombuffer(texts.encode(), np.uint8),
+                    messages=np.frombuffer(texts.encode(errors="surrogateescape"), np.uint8),
                 )
             beside.replace(self._file)
         except OSError as error:

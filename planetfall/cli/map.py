@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.table import Table
 
+from ..engine.settings import SettingError
 from ..systems.capture import require_writable
 from .progress import counted, written
 
@@ -41,6 +42,8 @@ def info_command(
     from ..engine.real_ground.survey import survey
     from ..engine.real_ground.tile_index import open_tiles
 
+    if width_px < 1:
+        raise SettingError(f"width_px: {width_px}; expected 1 or more pixels")
     if output is not None:
         require_writable(output)
     with counted("looking", 1) as progress:
@@ -78,6 +81,8 @@ def make_command(folder: Folder, *, memory_mb: float = 256.0) -> None:
     """
     from ..engine.real_ground.resident import make_ground
 
+    if not 1.0 <= memory_mb <= 900.0:
+        raise SettingError(f"memory_mb: {memory_mb:g}; expected 1 to 900 MB, as Terrain.height_map_most_mb")
     with counted("reading", 1) as progress:
         ground, file = make_ground(folder, int(1e6 * memory_mb), "map", progress)
     table = Table("level", "samples apart", "pages", "MB", box=None)

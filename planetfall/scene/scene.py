@@ -32,7 +32,7 @@ from .kinds import KINDS, PLANET_KINDS, SCENE_KINDS, refuse_elsewhere
 from .moving import set_places
 from .orbits import overlaps, places, reach_m
 from .saving import left_out, scene_tables
-from .shared import pack, places_from
+from .shared import count_from, pack
 
 if TYPE_CHECKING:
     from ..engine.surface.field import HeightField
@@ -275,7 +275,7 @@ class Scene:
         if self.preset is not None:
             data["like"] = self.preset
         data |= scene_tables(self)
-        places_from(data, Path(path).parent)
+        count_from(data, Path(path).parent)
         unknown, functions = left_out(self)
         if unknown:
             log.warning("%s: not saved, as scene files don't know these components: %s", path, ", ".join(unknown))

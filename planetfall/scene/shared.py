@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
 import re
@@ -18,7 +17,7 @@ import platformdirs
 from ..engine.settings import PresetError, read_toml, rules_of, write_toml
 from .kinds import KINDS
 
-__all__ = ["SUFFIX", "opened", "pack", "places_from"]
+__all__ = ["SUFFIX", "count_from", "opened", "pack"]
 
 SUFFIX = ".planetfall"
 _SCENE, _FILES = "scene.toml", "files"
@@ -122,15 +121,13 @@ def _belongs(name: str) -> bool:
     return name == _SCENE or (len(parts) == 2 and parts[0] == _FILES and ".." not in parts and "\\" not in name)
 
 
-def places_from(data: dict[str, Any], folder: Path) -> None:
-    """Has the files that a scene's tables name counted from a folder, as in a file there; those that are counted from
-    the current one so far. Absolute paths stay."""
+def count_from(data: dict[str, Any], folder: Path) -> None:
+    """Paths of maps and meshes in a scene file's content, counted from here so far, as its folder counts them: from
+    there if they are in it, so that both can be moved, and in full if not."""
     for table, knob in _files_named(data):
-        path = Path(table[knob]).expanduser()
-        if not path.is_absolute():
-            with contextlib.suppress(ValueError):  # another drive
-                path = Path(os.path.relpath(path.absolute(), folder.absolute()))
-        table[knob] = path.as_posix()
+        at = Path(os.path.normpath(Path(table[knob]).expanduser().absolute()))
+        inside = at.is_relative_to(folder.absolute())
+        table[knob] = (at.relative_to(folder.absolute()) if inside else at).as_posix()
 
 
 def _files_named(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from .height_model import Model
 from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of, widest_noise
-from .height_params import TerrainParams
+from .height_params import TerrainParams, forget_with_tiles
 from .height_relief import relief_statistics
 from .height_steps import layer_weight
 from .rivers.valleys import waters
@@ -91,6 +91,9 @@ def height_and_gradient(
 def _places(params: TerrainParams) -> dict[bytes, float]:
     """The heights that are remembered of this ground: several fields may be of the same."""
     return {}
+
+
+forget_with_tiles(_places.cache_clear)
 
 
 class TerrainField:

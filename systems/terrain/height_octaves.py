@@ -13,7 +13,7 @@ from .height_added import added_gradients, added_heights
 from .height_eroded import eroded_gradients, eroded_noises
 from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, Model, build_model, continent_weights
-from .height_params import TerrainParams
+from .height_params import TerrainParams, forget_with_tiles
 from .height_steps import layer_weight, ridge, ridge_slope
 from .height_surface import (
     carve,
@@ -40,6 +40,9 @@ _SCRATCH = Scratch()
 def model_of(params: TerrainParams) -> Model:
     """Octaves and constants of `params` (about 20 ms, then cached): the sea's level is found by sampling."""
     return calibrate(build_model(params))
+
+
+forget_with_tiles(model_of.cache_clear)
 
 
 def heights(points: Floats, model: Model) -> Floats:

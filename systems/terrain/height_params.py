@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import weakref
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +15,7 @@ from ...engine.surface.map_files import MapError
 from .height_map import HeightMap, height_map
 from .rivers.table import RiverTable
 
-__all__ = ["TerrainParams"]
+__all__ = ["TerrainParams", "forget_with_tiles"]
 
 KNOBS = (
     "land_share",
@@ -44,6 +46,22 @@ RANGES = {
     "height_map_detail": (0.0, 4.0),
     "erosion": (0.0, 1.0),
 }
+
+_forget: list[Callable[[], None]] = []
+_tiles: list[weakref.ref[RealGround]] = []
+
+
+def forget_with_tiles(clear: Callable[[], None]) -> None:
+    """clear: of a cache by params. It is emptied when other tiles are asked for, or none: it would hold on to all those
+    that there were, 256 MB each."""
+    _forget.append(clear)
+
+
+def _asked_for(real: RealGround | None) -> None:
+    if real is not (_tiles[0]() if _tiles else None):
+        for clear in _forget:
+            clear()
+    _tiles[:] = [] if real is None else [weakref.ref(real)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +156,10 @@ class TerrainParams:
             raise MapError(
                 f"Terrain.height_map_range_m: expected (lowest, highest) in metres, found {tuple(range_m)!r}; swap them"
             )
+        if path.lower().endswith(".hgt"):
+            raise MapError(
+                f"Terrain.height_map: {path} is one tile; expected the folder that it lies in: name that one"
+            )
         tiles = bool(path) and is_tiles(path)
         if tiles and range_m is not None:
             raise MapError(
@@ -151,6 +173,8 @@ class TerrainParams:
             )
         most_bytes = int(1e6 * float(getattr(terrain, "height_map_most_mb", 256.0)))
         knobs: dict[str, Any] = {name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)}
+        real = real_ground(path, most_bytes, "Terrain.height_map") if tiles else None
+        _asked_for(real)
         return TerrainParams(
             radius_m=float(radius_m),
             seed=int(terrain.seed),
@@ -159,7 +183,7 @@ class TerrainParams:
             layers=int(terrain.layers),
             colored=bool(getattr(terrain, "color_map", "")),
             height_map=height_map(path, None if range_m is None else tuple(range_m)) if path and not tiles else None,
-            real=real_ground(path, most_bytes, "Terrain.height_map") if tiles else None,
+            real=real,
             **knobs,
         )
 

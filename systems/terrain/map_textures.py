@@ -27,6 +27,7 @@ class MapTextures:
         self._gpu = gpu
         self._shown: list[Any] = [None, None, None]
         self._textures: list[Any] = [None, None, None]
+        self._radius_m = 0.0
 
     def show(
         self,
@@ -37,6 +38,9 @@ class MapTextures:
     ) -> None:
         """Make the textures of these, unless they are there already, and free those of others. radius_m: of the
         planet, for tiles of elevation."""
+        if isinstance(height, RealGround) and radius_m != self._radius_m:
+            self._shown[0] = None  # its places are counted on the sphere
+        self._radius_m = radius_m
         for k, found in enumerate((height, color, rivers)):
             if found is self._shown[k]:
                 continue

@@ -29,6 +29,7 @@ from .height_added import MOST_ROUGH
 from .height_map import map_values, slopes_at
 from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, broad_parts, ridge_layers
+from .height_params import forget_with_tiles
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
 from .height_surface import hypsometry_slope, limit
 from .real_heights import below_samples, margin_slopes, unlimited
@@ -156,6 +157,9 @@ def _detail(model: _Same, length_m: float) -> Detail:
             (0.5 * max(whole.finest_m, 1e-3), np.inf),
         ),
     )
+
+
+forget_with_tiles(_detail.cache_clear)
 
 
 def kinds(model: Model) -> int:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -90,10 +89,13 @@ made_shader("generated/terrain_real_numbers.glsl", _shader)
 
 @dataclass(frozen=True)
 class _Layout:
-    """width_bits of the texture; of each level the words where its table, pages and records begin."""
+    """width_bits of the texture; of each level the words where its table, pages and records begin; the first of all
+    these, and one after the last."""
 
     width_bits: int
     words: NDArray[np.int64]
+    first: int
+    end: int
 
 
 def fixed_unit_m(radius_m: float) -> float:
@@ -101,32 +103,35 @@ def fixed_unit_m(radius_m: float) -> float:
     return float(2.0 ** (np.floor(np.log2(radius_m)) - 22))
 
 
-def real_texels(found: RealGround, unit_m: float, radius_m: float) -> NDArray[np.uint32]:
-    """Texels (rows, columns) of words. unit_m: of places in fixed point."""
-    return _texels(found, unit_m, radius_m)[1]
-
-
-@lru_cache(maxsize=1)
-def _texels(found: RealGround, unit_m: float, radius_m: float) -> tuple[_Layout, NDArray[np.uint32]]:
+def _layout(found: RealGround) -> _Layout:
     slots = sum(len(level.heights) + len(level.weights) for level in found.levels)
     bits = _SLOT_BITS + 5
     while bits < 14 and -(-slots >> (bits - _SLOT_BITS)) * SLOT > _MOST_ROWS // 2:
         bits += 1
-    width, across = 1 << bits, 1 << (bits - _SLOT_BITS)
-    rows = -(-slots // across) * SLOT
-    parts: list[NDArray[Any]] = []
     words = np.zeros((len(found.levels), 3), np.int64)
-    at = rows * width
-    heights, weights = 0, sum(len(level.heights) for level in found.levels)
+    first = at = -(-slots >> (bits - _SLOT_BITS)) * SLOT << bits
     for number, level in enumerate(found.levels):
+        _, _, blocks, pages = level.table
+        for k, size in enumerate((blocks.size, pages.size, len(level.where) * _record(_near(level)))):
+            words[number, k] = at
+            at += size
+    return _Layout(bits, words, first, at)
+
+
+def real_texels(found: RealGround, unit_m: float, radius_m: float) -> NDArray[np.uint32]:
+    """Texels (rows, columns) of words. unit_m: of places in fixed point."""
+    layout = _layout(found)
+    width, across = 1 << layout.width_bits, 1 << (layout.width_bits - _SLOT_BITS)
+    texels = np.zeros((-(-layout.end // width), width), np.uint32)
+    flat, at = texels.reshape(-1), layout.first
+    heights, weights = 0, sum(len(level.heights) for level in found.levels)
+    for level in found.levels:
         _, _, blocks, pages = level.table
         records = _records(level, unit_m, radius_m, heights, weights)
         heights, weights = heights + len(level.heights), weights + len(level.weights)
-        for k, part in enumerate((blocks, pages, records)):
-            words[number, k] = at
-            parts.append(part.astype(np.int32).ravel())
-            at += parts[-1].size
-    texels = np.zeros((-(-at // width), width), np.uint32)
+        for part in (blocks, pages, records):
+            flat[at : at + part.size] = part.astype(np.int32).ravel().view(np.uint32)
+            at += part.size
     slot = 0
     for kind in ("heights", "weights"):
         for level in found.levels:
@@ -134,9 +139,7 @@ def _texels(found: RealGround, unit_m: float, radius_m: float) -> tuple[_Layout,
                 row, column = slot // across * SLOT, slot % across * SLOT
                 texels[row : row + SLOT, column : column + SLOT] = page.view(np.uint32)
                 slot += 1
-    flat = np.concatenate(parts).view(np.uint32)
-    texels.reshape(-1)[rows * width : rows * width + len(flat)] = flat
-    return _Layout(bits, words), texels
+    return texels
 
 
 def _records(level: PageLevel, unit_m: float, radius_m: float, heights: int, weights: int) -> NDArray[np.int32]:
@@ -191,7 +194,7 @@ def write_real(
     """The tiles' part of the height function's table around a point (3,), where heights count from height_m. rough_by:
     as Model.real_rough."""
     unit_m, radius_m = float(table["fixed_unit_m"]), float(table["radius_m"])
-    layout, _ = _texels(found, unit_m, radius_m)
+    layout = _layout(found)
     real, whole = table["real"], np.floor(point_m / unit_m)
     real["place"], real["part"] = whole, point_m / unit_m - whole
     real["levels"], real["width_bits"] = len(found.levels), layout.width_bits

@@ -68,6 +68,14 @@ def test_a_folder_without_tiles_is_one_line(tmp_path, capsys):
     assert "no tile of elevation" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "wrong", [("info", "--width-px", "0"), ("make", "--memory-mb", "-3"), ("make", "--memory-mb", "nan")]
+)
+def test_numbers_out_of_range_are_one_line(folder, capsys, wrong):
+    assert main(["map", wrong[0], str(folder), *wrong[1:]]) == 2
+    assert "expected" in capsys.readouterr().err
+
+
 def test_without_a_cache_nothing_can_be_kept(folder, monkeypatch, capsys):
     monkeypatch.setenv("PLANETFALL_CACHE", "")
     assert main(["map", "make", str(folder)]) == 2

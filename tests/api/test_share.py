@@ -149,4 +149,4 @@ def test_files_named_from_the_current_folder_are_found_from_any(mapped, tmp_path
             assert Path(again.props[0][pf.Shape].form).is_file()
             # Shared once more it is the same file.
             assert again.share("again.planetfall").read_bytes() == (tmp_path / "own.planetfall").read_bytes()
-    assert Path("where/own.toml").read_text().count("../../here/hills.png") == 1
+    assert Path("where/own.toml").read_text().count((tmp_path / "here" / "hills.png").as_posix()) == 1

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import logging
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -274,6 +276,8 @@ BAD = {
     "unknown key": (lambda f: (f / "map.toml").write_text("[[tiles]]\nfile = 'a'\n"), ("unknown key 'file'", "folder")),
     "wrong kind": (lambda f: (f / "map.toml").write_text("[[tiles]]\ngeoid_m = 'a'\n"), ("geoid_m", "a number")),
     "unknown code": (lambda f: (f / "map.toml").write_text("[[tiles]]\npng = 'grey'\n"), ("'grey'", "terrarium")),
+    "no table": (lambda f: (f / "map.toml").write_text("tiles = ['a']\n"), ("found 'a'", "[[tiles]]")),
+    "no height": (lambda f: (f / "map.toml").write_text("[[tiles]]\ngeoid_m = nan\n"), ("geoid_m = nan", "metres")),
     "no folder": (lambda f: (f / "map.toml").write_text("[[tiles]]\nfolder = 'x'\n"), ("no folder", "correct")),
 }  # fmt: skip
 
@@ -287,6 +291,60 @@ def test_bad_maps_say_what_to_do(tmp_path, what):
         ground_of(file if file.exists() else tmp_path)
     for word in ("Terrain.height_map", *words):
         assert word in str(caught.value), str(caught.value)
+
+
+MISPLACED = {
+    "beyond a pole": (dict(west=7.0, north=95.0, step_x=0.1, step_y=0.1), "latitudes 94.95 to 94.95"),
+    "metres as degrees": (dict(west=4e5, north=5e6, step_x=30.0, step_y=30.0), "expected -90 to 90"),
+    "no step": (dict(west=7.0, north=47.0, step_x=0.0, step_y=0.1), "pixels are 0 x 0.1"),
+    "south on top": (dict(west=7.0, north=47.0, step_x=0.1, step_y=-0.1), "rows from north to south"),
+    "no number": (dict(west=float("nan"), north=47.0, step_x=0.1, step_y=0.1), "at (nan, 47)"),
+}
+
+
+@pytest.mark.parametrize("what", sorted(MISPLACED))
+def test_tiles_off_the_map_are_left_out(tmp_path, what, caplog):
+    place, words = MISPLACED[what]
+    write_hgt(tmp_path, 46, 7, 31)
+    write_tiff(tmp_path / "off.tif", np.zeros((1, 1), np.float32), **place)
+    with caplog.at_level(logging.WARNING):
+        ground = ground_of(tmp_path)
+    assert words in caplog.text and "left out" in caplog.text
+    assert at(ground, 46.5, 7.5)[1] == 0.0
+
+
+def test_links_may_lead_nowhere_or_back(tmp_path, caplog):
+    write_hgt(tmp_path, 46, 7, 31)
+    (tmp_path / "N46E008.hgt").symlink_to(tmp_path / "gone.hgt")
+    (tmp_path / "again").symlink_to(tmp_path)
+    (tmp_path / "N46E009.hgt").mkdir()
+    with caplog.at_level(logging.WARNING):
+        (found,) = open_tiles(str(tmp_path), "Terrain.height_map")
+    assert found.names == ["N46E007.hgt"]
+    assert sum("left out" in r.getMessage() for r in caplog.records) == 1 and "N46E008.hgt has 0 bytes" in caplog.text
+
+
+def test_a_tile_that_is_renamed_moves(tmp_path):
+    """As messages say: time and size stay, the place doesn't."""
+    file = write_hgt(tmp_path, 46, 7, 31)
+    write_hgt(tmp_path, 50, 7, 31)
+    assert at(ground_of(tmp_path), 46.5, 8.5)[1] > 0.0
+    file.rename(tmp_path / "N46E008.hgt")
+    assert at(ground_of(tmp_path), 46.5, 8.5)[1] == 0.0
+
+
+def test_maps_are_read_once_while_they_are_in_use(tmp_path, monkeypatch):
+    """However many there are; and not kept afterwards, but for the last one."""
+    folders = [tmp_path / str(k) for k in range(4)]
+    for k, folder in enumerate(folders):
+        write_hgt(folder, 40 + k, 7, 11)
+    held = [ground_of(folder) for folder in folders]
+    assert all(ground_of(folder) is ground for folder, ground in zip(folders, held, strict=True))
+    gone = [weakref.ref(ground) for ground in held]
+    ground_of(folders[0])
+    held.clear()
+    gc.collect()
+    assert [ref() is not None for ref in gone] == [True, False, False, False]
 
 
 def test_projections_say_how_to_get_rid_of_them(tmp_path, caplog):

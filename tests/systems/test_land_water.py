@@ -308,3 +308,16 @@ def test_questions_of_water_agree_with_the_ground(carved: Carved, river, lake) -
     assert np.isnan(bare.level_m).all()
     with pytest.raises(ValueError, match=r"directions\[1\]: expected a direction, found the zero vector"):
         sampler.water([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+def test_tiles_of_the_picture_do_not_show():
+    """Above a fall, where the river turns from muddy to clear: what is mixed comes from lines that all tiles ask."""
+    latitude_deg, longitude_deg = 26.68165, 110.98199
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, (320, 180), "low") as renderer:
+        camera = pf.Camera.at(latitude_deg, longitude_deg, 330.0, 158.0, -60.0, above="ground")
+        sun = pf.Sun(elevation_deg=45.0, azimuth_deg=298.0, latitude_deg=latitude_deg, longitude_deg=longitude_deg)
+        picture = renderer.render(camera, sun=sun, outputs=("color", "surface"))
+    light, water = picture["color"][:60].astype(float), picture["surface"][:60] == 2
+    steps, both = np.abs(np.diff(light, axis=0)).sum(axis=2), water[1:] & water[:-1]
+    assert both.sum(axis=1).min() > 20
+    assert max(np.median(row[there]) for row, there in zip(steps, both, strict=True)) < 6.0

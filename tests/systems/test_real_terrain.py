@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import subprocess
+import sys
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
@@ -164,6 +169,43 @@ def test_paths_count_from_the_scenes_folder(tmp_path):
     assert abs(found[0] - hgt_samples(46, 7, 31)[15, 15]) < 1e-3
 
 
+def test_saved_scenes_find_their_tiles(tmp_path, monkeypatch):
+    """Named from the working folder: in the scene's own one both move together, elsewhere the path is whole."""
+    monkeypatch.chdir(tmp_path)
+    write_hgt(tmp_path / "places" / "tiles", 46, 7, 31)
+    scene = scene_of(Path("places/tiles"))
+    scene.save("places/beside.toml")
+    Path("far").mkdir()
+    scene.save("far/away.toml")
+    for file in ("places/beside.toml", "far/away.toml"):
+        found = pf.load_scene(file).planet[pf.Terrain].height_map
+        assert Path(found) == tmp_path / "places" / "tiles"
+    (tmp_path / "places").rename(tmp_path / "moved")
+    assert Path(pf.load_scene("moved/beside.toml").planet[pf.Terrain].height_map) == tmp_path / "moved" / "tiles"
+    with pytest.raises(pf.SceneError, match=r"no file .*places/tiles.*correct the path"):
+        pf.load_scene("far/away.toml")
+
+
+def test_one_tile_is_no_map(tmp_path):
+    file = write_hgt(tmp_path, 46, 7, 31)
+    with pytest.raises(pf.SettingError, match="is one tile; expected the folder"):
+        scene_of(file).validate()
+
+
+def test_other_tiles_leave_nothing_behind(folder):
+    """What is remembered by ground would hold on to the tiles of each."""
+    scene, gone = scene_of(folder), []
+    for most_mb in (60.0, 50.0, 40.0):
+        scene.planet[pf.Terrain].height_map_most_mb = most_mb
+        params = TerrainParams.from_component(scene.planet[pf.Terrain], RADIUS_M)
+        TerrainField(params).height_slope(pf.direction(46.5, 7.5)[None])
+        pf.TerrainSampler(scene).raycast(1.01 * RADIUS_M * pf.direction(46.5, 7.5), -pf.direction(46.5, 7.5), 1e6)
+        gone.append(weakref.ref(params.real))
+        del params
+    gc.collect()
+    assert [ref() is not None for ref in gone] == [False, False, True]
+
+
 @pytest.mark.parametrize(
     ("knob", "words"),
     [
@@ -218,3 +260,39 @@ def test_pictures_show_the_samplers_ground(folder, backend):
     assert hit.all() and np.quantile(np.abs(found / exact - 1.0), 0.9) < 1e-2  # a sixth of a pixel
     assert not np.allclose(other, distance, rtol=1e-2)
     np.testing.assert_allclose(again, distance, rtol=1e-4)
+
+
+@pytest.mark.gpu
+def test_a_planet_of_another_size_has_its_tiles(folder):
+    """Places of samples are counted on the sphere: a texture of another radius is off by metres."""
+    scene = scene_of(folder)
+    camera = pf.Camera.at(46.45, 7.5, 300.0, heading_deg=10.0, pitch_deg=-25.0, above="ground")
+    with pf.Renderer(scene, size=(48, 27), quality="low") as renderer:
+        renderer.render(camera)
+        scene.planet[pf.Planet].radius_m = 3e6
+        renderer.settle(camera)
+        found = renderer.render(camera, outputs=("distance",))["distance"]
+    with pf.Renderer(scene, size=(48, 27), quality="low") as renderer:
+        renderer.settle(camera)
+        np.testing.assert_allclose(found, renderer.render(camera, outputs=("distance",))["distance"], rtol=1e-5)
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("backend", ["grid", "quadtree"])
+def test_shaders_and_passes_are_what_all_drivers_take(folder, tmp_path, backend):
+    file = tmp_path / "world.toml"
+    file.write_text(
+        f'[planet]\nradius_m = {RADIUS_M}\n[terrain]\nheight_map = "{folder}"\nbackend = "{backend}"\nlayers = 6\n'
+    )
+    code = (
+        "import sys, planetfall as pf\n"
+        "scene = pf.load_scene(sys.argv[1])\n"
+        "camera = pf.Camera.at(46.45, 7.5, 300.0, pitch_deg=-25.0, above='ground', ev100=13.0)\n"
+        "with pf.Renderer(scene, size=(48, 27), quality='low') as renderer:\n"
+        "    renderer.render(camera)\n"
+    )
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", code, str(file)],
+        check=False, env={**os.environ, "PLANETFALL_VALIDATE": "1"}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr[-2000:]

@@ -105,8 +105,8 @@ Pair pair_dot(Pair3 a, Pair3 b) {
 // Unit vectors, to 2^-43: a step of Newton for 1 / length.
 Pair3 pair_unit(Pair3 v) {
     Pair square = pair_dot(v, v);
-    precise float inverse = 1.0 / sqrt(square.high);
-    Pair left = pair_sub(1.0, pair_mul(pair_mul(square, inverse), inverse));
-    precise float more = 0.5 * inverse * left.high;
-    return pair_mul(v, pair_whole(inverse, more));
+    precise float over_root = 1.0 / sqrt(square.high);
+    Pair left = pair_sub(1.0, pair_mul(pair_mul(square, over_root), over_root));
+    precise float more = 0.5 * over_root * left.high;
+    return pair_mul(v, pair_whole(over_root, more));
 }

@@ -13,8 +13,6 @@ const int LOOKS = 9;
 // Places between those are no further from their middle than so many times as far as these; and the warp that bends
 // lines stretches lengths.
 const float WITHIN = 1.2, STRETCHED = 1.6;
-// Lines that are further from a tile change its levels by less than a millimetre.
-const float AROUND_M = 200.0;
 const int TRIES = 4;
 
 // What of the ground a tile shows.
@@ -72,7 +70,7 @@ TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float
             RiverLine line = river_line(river_ends_of(packed_line), p);
             float beyond = line.d - half_width, damp = damp_width(half_width, line.section.z);
             damp = damp > ground.narrowest ? damp : 0.0;
-            bool known = beyond > radius + AROUND_M;
+            bool known = beyond > radius + WATER_AROUND_M;
             int j = 0, kept = min(found.count, WATER_LINES);
             if (j < kept) do {
                 known = known || (water_lines[first + 1 + j] & RIVER_NODE_MASK) == (packed_line & RIVER_NODE_MASK);

@@ -175,11 +175,11 @@ struct RealSample {
     vec3 d_height, d_weight, d_rough;
 };
 
-// Between the last row and a pole all meridians come to the same height. rows: from the pole; sign: 1 at the north one.
-void real_towards_pole(float rows, float width, vec2 there, float sign, inout RealSample found, inout vec2 d_height,
+// Between the last row and a pole all meridians come to the same height. rows: from the pole; turn: 1 at the north one.
+void real_towards_pole(float rows, float width, vec2 there, float turn, inout RealSample found, inout vec2 d_height,
     inout vec2 d_weight) {
     if (rows >= width) return;
-    float t = max(rows, 0.0) / width, f = t * t * (3.0 - 2.0 * t), d_f = 6.0 * t * (1.0 - t) / width * sign;
+    float t = max(rows, 0.0) / width, f = t * t * (3.0 - 2.0 * t), d_f = 6.0 * t * (1.0 - t) / width * turn;
     float pole_m = there.x - terrain_table.real.ground_m - terrain_table.real.ground_rest_m;
     TERRAIN_REAL over = TERRAIN_SUM(found.height, TERRAIN_NUMBER(-pole_m));
     d_height *= f;

@@ -30,7 +30,9 @@ const float WATER_LEAST_PX = 0.08, WATER_FADES_PX = 0.2;
 
 // Falls are as wide as their river along it, and spread over that: their mean slope by that of their line.
 const float WATER_FALL_TILT = 0.5;
-// From one line to the next water changes over so many metres.
+// Lines that are further away change levels by less than a millimetre, and tiles of the picture do not ask them.
+const float WATER_AROUND_M = 200.0;
+// From one line to the next water changes over so many metres, within those: or tiles would show.
 const float WATER_MIXES_M = 300.0;
 
 // 0 a mirror .. white water, and above LAND_WATER_FALLS falling freely: by Froude's number of the mean speed, and by
@@ -101,7 +103,8 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     w.fall_tilt = at_fall > w.falls ? -(steep / length(line.way)) * line.way : w.fall_tilt;
     w.falls = max(w.falls, at_fall);
     float says = wet * half_width * half_width / (apart_m * apart_m + WATER_MIXES_M * WATER_MIXES_M);
-    says *= 1.0 - 0.9999 * falling;
+    float within = clamp(1.0 - apart_m * apart_m / (WATER_AROUND_M * WATER_AROUND_M), 0.0, 1.0);
+    says *= (1.0 - 0.9999 * falling) * max(within * within, 1e-5);
     sums.mixed += says;
     w.stirred += says * water_stirred(speed, deep, fall) * (1.0 - line.lake);
     w.muddy += says * water_muddy(line.discharge, fall, line.lake);

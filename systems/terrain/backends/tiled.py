@@ -350,7 +350,7 @@ class TiledBackend(Backend):
             kind="compute",
             system="terrain",
             bind=lambda io: self._bind_cull(io, tiles),
-            reads=("terrain.bounds",),
+            reads=("terrain.bounds", "terrain.vertices"),
             creates=tiles.mesh.cull_buffers(),
             when=lambda: tiles.culled != tiles.wanted,
             help="tiles inside the frustum and above the horizon, into an indirect draw",
