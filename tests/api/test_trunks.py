@@ -13,7 +13,7 @@ from flight_kit import EARTH, pose_at
 import planetfall as pf
 from planetfall.engine.frame.gbuffer import Surface
 from planetfall.systems.cover.stand import Plants, Species
-from planetfall.systems.cover.trunks import ACACIA_TRUNK, TREE_TRUNK, Trunks, touch
+from planetfall.systems.cover.trunks import ACACIA_TRUNK, PALM_TRUNK, TREE_TRUNK, Trunks, touch
 from planetfall.systems.flight import FlightInput, Ground, WalkFlight, WalkLimits
 
 TREE = pf.ASSETS / "shaders" / "cover" / "tree.glsl"
@@ -71,7 +71,7 @@ def test_the_cone_is_the_shaders():
     text = TREE.read_text(encoding="utf-8")
     assert float(re.search(r"const float TREE_TRUNK = ([\d.]+);", text)[1]) == TREE_TRUNK
     thick = re.search(r"ACACIA_TRUNK = ([\d.]+), PALM_TRUNK = ([\d.]+);", text)
-    assert thick is not None and [float(v) for v in thick.groups()] == [ACACIA_TRUNK, TREE_TRUNK]
+    assert thick is not None and [float(v) for v in thick.groups()] == [ACACIA_TRUNK, PALM_TRUNK]
     ends = re.search(r"tree_trunk\(found, r, conifer \|\| r.flat_top \? ([\d.]+) : ([\d.]+)\)", text)
     assert ends is not None
     tall, other = (float(v) for v in ends.groups())
@@ -79,7 +79,7 @@ def test_the_cone_is_the_shaders():
     kinds = [Species.CONIFER, Species.BROADLEAF, Species.DEAD, Species.ACACIA, Species.PALM]
     found = Trunks.of(upright([10.0] * 5, kinds))
     np.testing.assert_allclose(found.lengths_m, [10.0 * tall, 10.0 * other, 10.0 * other, 10.0 * tall, 10.0 * tall])
-    wide = [TREE_TRUNK, TREE_TRUNK, TREE_TRUNK, ACACIA_TRUNK, TREE_TRUNK]
+    wide = [TREE_TRUNK, TREE_TRUNK, TREE_TRUNK, ACACIA_TRUNK, PALM_TRUNK]
     np.testing.assert_allclose(found.foot_radii_m, [10.0 * w for w in wide])
     np.testing.assert_allclose(found.roots_m, 0.5)
 

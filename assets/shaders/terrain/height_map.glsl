@@ -4,7 +4,6 @@
 #include "generated/terrain_table.glsl"
 #include "common/cube_atlas.glsl"
 
-layout(binding = HEIGHT_MAP_UNIT) uniform sampler2D u_terrain_map;  // metres; height differences of the finest scale
 
 // Catmull-Rom weights and their derivatives.
 vec4 terrain_map_weights(float f) {

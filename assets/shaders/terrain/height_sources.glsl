@@ -1,6 +1,14 @@
 // What the height function adds to its noise: craters and a height map, each compiled only where
 // contract/height_sources.glsl asks for it. Part of terrain/height.glsl, which has the table and terrain_place.
 
+#include "generated/bindings.glsl"
+
+#ifdef TERRAIN_TILED
+layout(binding = HEIGHT_MAP_UNIT) uniform usampler2D u_real_ground;
+#elif defined(TERRAIN_MAPPED)
+layout(binding = HEIGHT_MAP_UNIT) uniform sampler2D u_terrain_map;  // metres; height differences of the finest scale
+#endif
+
 // Beside metres, what craters and map add.
 struct TerrainSources {
     vec3 gradient;   // of the metres, not yet tangential

@@ -6,8 +6,6 @@
 #include "generated/terrain_real_numbers.glsl"
 #include "terrain/limited_cubic.glsl"
 
-layout(binding = HEIGHT_MAP_UNIT) uniform usampler2D u_real_ground;
-
 // Metres of the levels, over what heights count from, and what they leave of the ground around, 0..1. Of the ground
 // that the spacing shows their gradient, and the rest with its own.
 struct RealGround {
