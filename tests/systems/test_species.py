@@ -83,19 +83,19 @@ def test_trunks_are_where_they_are_drawn(scene, name, species):
     camera = view.camera.resolve(scene)
     plants = pf.CoverSampler(scene).within(camera.position_m, 60.0)
     plants = plants.only(plants.species == species)
-    with pf.Renderer(scene, (320, 180), "low", {"composite.antialiasing": "none"}) as renderer:
+    with pf.Renderer(scene, (640, 360), "low", {"composite.antialiasing": "none"}) as renderer:
         renderer.settle(view)
         distance = renderer.render(view, outputs=("distance",))["distance"].copy()
     trunks, seen = Trunks.of(plants), 0
     for k in range(len(plants)):
         place = trunks.feet_m[k] + 0.3 * plants.heights_m[k] * trunks.axes[k] - camera.position_m
         z = float(place @ camera.forward)
-        x = (place @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 320.0
-        y = (camera.tan_top - place @ camera.up / z) / (camera.tan_top - camera.tan_bottom) * 180.0
-        if z < 5.0 or not (2.0 < x < 318.0 and 2.0 < y < 178.0):
+        x = (place @ camera.right / z - camera.tan_left) / (camera.tan_right - camera.tan_left) * 640.0
+        y = (camera.tan_top - place @ camera.up / z) / (camera.tan_top - camera.tan_bottom) * 360.0
+        if z < 5.0 or not (2.0 < x < 638.0 and 2.0 < y < 358.0):
             continue
         away = float(np.linalg.norm(place))
-        pixel_m = away * (camera.tan_top - camera.tan_bottom) / 180.0
+        pixel_m = away * (camera.tan_top - camera.tan_bottom) / 360.0
         if 1.4 * trunks.foot_radii_m[k] < 1.5 * pixel_m:  # the pixel's middle may lie beside it
             continue
         found = distance[int(y), int(x)]
