@@ -33,9 +33,9 @@ fields of [`Terrain`](api.md), in TOML as `grass_albedo = [0.069, 0.103, 0.03]`:
 """
 MIDDLE = """
 Colours vary with the very noise that makes the relief, which is noise of the map: the same all the way up a cliff. On
-slopes from 14 to 33 degrees on they go over to noise of space, three octaves from 3 footprints on (1.05 times a frame
-of `canyon`; changes of albedo by the metre up its wall over those along it, mean squares: 1.25, without 0.62). Layers
-of rock also bend its normals: hard ones are steeper (`Terrain.strata`).
+slopes from 14 to 33 degrees on they go over to noise of space, three octaves from 3 footprints on. So they change as
+much by the metre up the wall of view `canyon` as along it (tests/systems/test_cliffs.py: mean squares within 0.8 to
+1.6 of one another). Layers of rock also bend its normals: hard ones are steeper (`Terrain.strata`).
 
 Roughness: height of its bumps, where soil has 1; `Terrain.grain` scales all. Ripples show where ground is loose
 (`assets/shaders/terrain/ripples.glsl`), the strongest of a place; plants and stones stand on ground as the last column

@@ -6,17 +6,19 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from ... import Camera, Terrain, load_scene
 from ...engine.real_ground.lattice import directions_at
 from ...engine.real_ground.limited_cubic import OVERSHOOT
 from ...engine.real_ground.resident import resident_ground
 from ...engine.real_ground.tile_index import open_tiles
 from ...systems.terrain.height import TerrainParams, height
+from ..measure.frames import RUN_UP, turning
 from ..measure.tiles import hgt_heights, write_empty, write_tiles
 from ..session import Bench, Session
 from ..target import at_most
@@ -103,4 +105,31 @@ def maps_heights(session: Session) -> None:
         session.row(f"1000 heights, {name}", timing=timing)
 
 
-BENCHES: Mapping[str, Bench] = {"index": maps_index, "reading": maps_reading, "heights": maps_heights}
+def maps_frame(session: Session) -> None:
+    """A turning camera's frames 300 m above a tile of 1 arc second, with the tile and without by turns."""
+    with _folder() as folder, ExitStack() as stack:
+        write_tiles(folder, _SOUTH, _WEST, 1, 1, 3601)
+        size, renderers, camera = (640, 360), [], None
+        for tiles in ("", str(folder)):
+            scene = load_scene("earth")
+            ground = scene.planet[Terrain]
+            ground.rivers, ground.height_map = 0.0, tiles
+            renderers.append(stack.enter_context(session.renderer(scene, size, "medium")))
+            # Of the tiled ground in the end: both see the same sky and as much ground.
+            above_m = float(scene.planet.ground_height_m(directions_at(_SOUTH + 0.5, _WEST + 0.5))) + 300.0
+            camera = Camera.at(_SOUTH + 0.5, _WEST + 0.5, above_m, pitch_deg=-10.0)
+        assert camera is not None
+        frames = {name: turning(renderer, camera) for name, renderer in zip(("bare", "tiled"), renderers, strict=True)}
+        found = time_variants(frames, session.runs(30, 8), RUN_UP)
+        session.row(
+            "300 m above a tile", size=size, timing=found["tiled"], error=found["tiled"].ms / found["bare"].ms,
+            error_unit="times", bare_ms=found["bare"].ms,
+        )  # fmt: skip
+
+
+BENCHES: Mapping[str, Bench] = {
+    "index": maps_index,
+    "reading": maps_reading,
+    "heights": maps_heights,
+    "frame": maps_frame,
+}

@@ -52,7 +52,8 @@ def test_info_names_broken_tiles(folder, capsys):
     whole.write_bytes(whole.read_bytes()[:100])
     assert main(["map", "info", str(folder)]) == 0
     streams = capsys.readouterr()
-    assert "N46E007.hgt has 100 bytes" in " ".join((streams.out + streams.err).split())
+    # The console breaks long paths wherever a line ends.
+    assert "N46E007.hgthas100bytes" in "".join((streams.out + streams.err).split())
 
 
 def test_make_keeps_what_scenes_need(folder, tmp_path, capsys):
@@ -93,7 +94,7 @@ def test_without_a_cache_nothing_can_be_kept(folder, monkeypatch, capsys):
         ("46.55, 7.98", (46.55, 7.98)),
         ("-33.5;-70.25", (-33.5, -70.25)),
         ("33.5S 70.25W", (-33.5, -70.25)),
-        ("46.2 N 2.1 O", (46.2, -2.1)),
+        ("46.2 N 2.1 W", (46.2, -2.1)),
     ],
 )
 def test_places_as_maps_print_them(text, place):
@@ -101,7 +102,21 @@ def test_places_as_maps_print_them(text, place):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "x", "46", "46 7 8", "46,5 7,9", "46°70'N 7°E", "46N 7", "46N 7N", "-46N 7E", "46.5°30'N 7°E", "91, 4"]
+    "text",
+    [
+        "",
+        "x",
+        "46",
+        "46 7 8",
+        "46,5 7,9",
+        "46°70'N 7°E",
+        "46N 7",
+        "46N 7N",
+        "-46N 7E",
+        "46.5°30'N 7°E",
+        "91, 4",
+        "46 N 2 O",
+    ],
 )
 def test_what_is_no_place_says_what_is(text):
     with pytest.raises(pf.CameraError, match=r"read_place: .*expected"):
