@@ -33,7 +33,6 @@ LONG: Mapping[str, tuple[str, ...]] = {
     ),
     "land": ("network", "descent"),
     "maps": ("reading", "frame"),
-    "capture": ("farm",),
     "cover": ("cost", "full_hd", "far", "light"),
     "papers": ("ground", "air", "clouds", "pictures"),
     "frame": ("full_hd", "skipping", "knobs", "budget", "antialiasing"),

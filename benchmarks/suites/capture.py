@@ -32,7 +32,7 @@ def _farm(session: Session) -> None:
         from distributed import LocalCluster
     except ImportError as error:
         raise SettingError(f'{error}; pip install "planetfall[farm]"') from error
-    frames = session.runs(100, 30)
+    frames = 10 if session.extent == "quick" else session.runs(100, 30)
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
         for size in (1_000, 1_000_000, 4_000_000):
             content, more_ms = os.urandom(size), []

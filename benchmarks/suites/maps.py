@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import Camera, Terrain, load_scene
+from ... import Camera, Terrain, direction, load_scene
 from ...engine.real_ground.lattice import directions_at
 from ...engine.real_ground.limited_cubic import OVERSHOOT
 from ...engine.real_ground.resident import resident_ground
@@ -116,7 +116,7 @@ def maps_frame(session: Session) -> None:
             ground.rivers, ground.height_map = 0.0, tiles
             renderers.append(stack.enter_context(session.renderer(scene, size, "medium")))
             # Of the tiled ground in the end: both see the same sky and as much ground.
-            above_m = float(scene.planet.ground_height_m(directions_at(_SOUTH + 0.5, _WEST + 0.5))) + 300.0
+            above_m = float(scene.planet.ground_height_m(direction(_SOUTH + 0.5, _WEST + 0.5)[None])[0]) + 300.0
             camera = Camera.at(_SOUTH + 0.5, _WEST + 0.5, above_m, pitch_deg=-10.0)
         assert camera is not None
         frames = {name: turning(renderer, camera) for name, renderer in zip(("bare", "tiled"), renderers, strict=True)}
