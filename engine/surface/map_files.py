@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -335,9 +335,10 @@ def _tiff(file: Path, what: str) -> NDArray[Any]:
         with tifffile.TiffFile(file) as tiff:
             page: Any = tiff.pages[0]
             array = page.asarray()
-            tag = page.tags.get("GDAL_NODATA")
+            tag, placed = page.tags.get("GDAL_NODATA"), dict(page.geotiff_tags or {})
     except Exception as error:  # tifffile raises whatever its decoders do
         raise MapError(f"{what}: {file} can't be read: {error}; is it whole, and a TIFF file?") from error
+    _check_whole(file, what, placed, array.shape[1])
     if tag is not None:
         try:
             missing = float(str(tag.value).strip("\x00 "))
@@ -346,6 +347,20 @@ def _tiff(file: Path, what: str) -> NDArray[Any]:
         if (array == missing).any():
             array = np.where(array == missing, np.nan, array.astype(np.float64))
     return array
+
+
+def _check_whole(file: Path, what: str, placed: Mapping[str, Any], columns: int) -> None:
+    """A file of a region would be stretched over all the planet. placed: a GeoTIFF's keys; where it counts in metres it
+    doesn't say how wide the planet is."""
+    scale = placed.get("ModelPixelScale")
+    if scale is None or int(placed.get("GTModelTypeGeoKey", 0)) != 2:
+        return
+    wide_deg = float(scale[0]) * columns
+    if wide_deg < 359.0:
+        raise MapError(
+            f"{what}: {file} is {wide_deg:.6g} degrees of longitude wide; expected 360, as a single file is a map of all"
+            " the planet: for heights of a region name the folder that it lies in"
+        )
 
 
 def _exr(file: Path, what: str) -> NDArray[Any]:

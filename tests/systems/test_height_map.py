@@ -280,6 +280,23 @@ def test_no_numbers_are_refused(tmp_path):
         height_map(str(tmp_path / "nan.tif"), None)
 
 
+@pytest.mark.parametrize(("step_deg", "whole"), [(360.0 / 64.0, True), (1.0 / 64.0, False)])
+def test_a_geotiff_of_a_region_is_not_stretched_over_the_planet(tmp_path, step_deg, whole):
+    tifffile = pytest.importorskip("tifffile")
+    tags = [
+        (33550, "d", 3, (step_deg, step_deg, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, -180.0, 90.0, 0.0), True),
+        (34735, "H", 12, (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1), True),
+    ]
+    heights = wanted(plate(64, 32)).astype(np.float32)
+    tifffile.imwrite(tmp_path / "n.tif", heights, extratags=tags, metadata=None)
+    if whole:
+        assert height_map(str(tmp_path / "n.tif"), None) is not None
+        return
+    with pytest.raises(pf.SettingError, match=r"n\.tif is 1 degrees of longitude wide; expected 360.*name the folder"):
+        height_map(str(tmp_path / "n.tif"), None)
+
+
 def test_eight_bits_are_warned_of(tmp_path, caplog):
     Image.fromarray(np.zeros((32, 64), np.uint8)).save(tmp_path / "eight.png")
     with caplog.at_level(logging.WARNING):
