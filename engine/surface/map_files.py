@@ -358,8 +358,8 @@ def _check_whole(file: Path, what: str, placed: Mapping[str, Any], columns: int)
     wide_deg = float(scale[0]) * columns
     if wide_deg < 359.0:
         raise MapError(
-            f"{what}: {file} is {wide_deg:.6g} degrees of longitude wide; expected 360, as a single file is a map of all"
-            " the planet: for heights of a region name the folder that it lies in"
+            f"{what}: {file} is {wide_deg:.6g} degrees of longitude wide; expected 360, as a single file is a map of"
+            " all the planet: for heights of a region name the folder that it lies in"
         )
 
 
