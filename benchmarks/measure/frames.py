@@ -97,7 +97,7 @@ class RunningFrame:
     """Median."""
 
 
-def turning(renderer: Renderer, seen: View) -> Callable[[], None]:
+def turning(renderer: Renderer, seen: Camera | View) -> Callable[[], None]:
     """A settled view's frame, waited for, of a camera that turns to and fro: for turns with another renderer's."""
     renderer.settle(seen)
     target, light = renderer.ctx.simple_framebuffer(renderer.size), _light(renderer, seen)

@@ -33,7 +33,8 @@ def _farm(session: Session) -> None:
     except ImportError as error:
         raise SettingError(f'{error}; pip install "planetfall[farm]"') from error
     frames = 10 if session.extent == "quick" else session.runs(100, 30)
-    with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
+    cluster = LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0")
+    with cluster:
         for size in (1_000, 1_000_000, 4_000_000):
             content, more_ms = os.urandom(size), []
             for _ in range(3):

@@ -106,21 +106,22 @@ def _walk(model: GraphModel, lifetimes: Lifetimes, passes: list[_Access], placed
     accessed: dict[Key, int] = {}
     for frame in range(_FRAMES):
         for place, access in enumerate(passes):
-            touches = [(name, lifetimes.key(name, frame & 1)) for name in access.touched]
-            touches += [(name, lifetimes.key(name, 1 - frame & 1)) for name in access.history]
-            for name, key in touches:
+            now = [(name, lifetimes.key(name, frame & 1)) for name in access.touched]
+            touches = [(name, key, access.compute and name in access.written) for name, key in now]
+            touches += [(name, lifetimes.key(name, 1 - frame & 1), False) for name in access.history]
+            for name, key, stores in touches:
                 if key in stored:
                     yield Hazard(name, _kind(model, name), stored[key], place, True)
-                elif access.compute and name in access.written and key in accessed:
+                elif stores and key in accessed:
                     yield Hazard(name, _kind(model, name), accessed[key], place, False)
             if placed[place] and not access.gated:
                 # One that may be skipped together with its pass promises nothing to those behind it.
                 for seen in (stored, accessed):
                     for key in [k for k in seen if placed[place] & _kind_of_key(model, lifetimes, k)]:
                         del seen[key]
-            for name, key in touches:
+            for _, key, stores in touches:
                 accessed[key] = place
-                if access.compute and name in access.written:
+                if stores:
                     stored[key] = place
 
 

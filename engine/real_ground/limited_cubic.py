@@ -21,7 +21,7 @@ the surface and its gradient are continuous, but for the turn of the limiter whe
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 __all__ = ["OVERSHOOT", "limited_cubic", "limited_slope"]
 
 Floats = NDArray[np.float64]
+Taps = Sequence[Floats] | Floats
 
 OVERSHOOT = 0.05
 """Of the range of a cell's four corners: a surface never leaves it by more."""
@@ -54,7 +55,7 @@ def _slope(a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
     return size * found, by[0], by[1]
 
 
-def limited_cubic(taps: Any, t: Floats, d_taps: Any = None) -> tuple[Floats, Floats, Floats | None]:
+def limited_cubic(taps: Taps, t: Floats, d_taps: Taps | None = None) -> tuple[Floats, Floats, Floats | None]:
     """The curve through four taps (4, ...) at t (...) between the second and the third: its value, its derivative by t,
     and, of taps that change by d_taps (4, ...), its change."""
     a, b, c = taps[1] - taps[0], taps[2] - taps[1], taps[3] - taps[2]

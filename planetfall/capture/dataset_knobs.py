@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def drawn_value(value: Mapping[str, Any], bounds: Bounds, random: np.random.Gene
     return min(max(drawn, bounds.low), bounds.high)
 
 
-def drawn_knob(key: str, value: Mapping[str, Any], random: np.random.Generator) -> Any:
+def drawn_knob(key: str, value: Mapping[str, Any], random: np.random.Generator) -> object:
     """What a component's knob has in a frame: whole numbers are rounded, and none leaves the knob's range."""
     rule = QUALITY.component_rules[key]
     ((kind, values),) = value.items()
@@ -123,7 +123,7 @@ def _check_knob(where: str, rule: FieldRule, value: Mapping[str, Any]) -> None:
             raise PresetError(str(error)) from error
 
 
-def check_distribution(where: str, value: Any, bounds: Bounds | None = None) -> None:
+def check_distribution(where: str, value: object, bounds: Bounds | None = None) -> None:
     """PresetError unless it is a number, or a distribution of numbers, within bounds."""
     bounds = bounds or Bounds()
     if _is_number(value):
@@ -152,6 +152,6 @@ def _check_bounds(where: str, numbers: Sequence[float], bounds: Bounds) -> None:
             raise PresetError(f"{where}: expected a number from {bounds.low:g} to {bounds.high:g}, found {number!r}")
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     whole = isinstance(value, int) and not isinstance(value, bool)  # which may be larger than any float
     return whole or (isinstance(value, float) and math.isfinite(value))

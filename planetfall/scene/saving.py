@@ -7,10 +7,18 @@ from typing import Any, Protocol
 
 from ..components import Orbit
 from ..engine.settings import functions_of, plain_table
-from .handle import Handle
+from .handle import Parts
 from .kinds import KINDS, PLANET_KINDS, PROP_KINDS
 
 __all__ = ["companion_table", "left_out", "prop_tables", "scene_tables"]
+
+
+class Entity(Parts, Protocol):
+    """What a file tells of an entity."""
+
+    name: str
+
+    def components(self) -> tuple[object, ...]: ...
 
 
 class Accompanying(Protocol):
@@ -30,11 +38,11 @@ class Saved(Protocol):
     preset: str | None
 
     @property
-    def planet(self) -> Handle[Any]: ...
+    def planet(self) -> Entity: ...
     @property
-    def environment(self) -> Handle[Any]: ...
+    def environment(self) -> Entity: ...
     @property
-    def props(self) -> Sequence[Handle[Any]]: ...
+    def props(self) -> Sequence[Entity]: ...
     @property
     def companions(self) -> Mapping[str, Accompanying]: ...
 
@@ -87,7 +95,7 @@ def left_out(scene: Saved) -> tuple[list[str], list[str]]:
     return unknown, [name for part in parts for name in functions_of(part)]
 
 
-def _handles(scene: Saved) -> Iterator[Handle[Any]]:
+def _handles(scene: Saved) -> Iterator[Entity]:
     yield from (scene.planet, scene.environment, *scene.props)
     for companion in scene.companions.values():
         yield from (companion.scene.planet, *companion.scene.props)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from planetfall.engine.graph import (
@@ -345,6 +345,7 @@ def test_random_graphs_of_several_views(seed: int) -> None:
 
 @settings(max_examples=60)
 @given(st.integers(0, 2**32))
+@example(248)  # a compute pass that stores into what it also reads of the frame before
 def test_a_barrier_that_is_taken_out_is_found_by_the_hazards_and_by_the_run(seed: int) -> None:
     rng = random.Random(seed)
     program, stage = Program(rng), Stage()
