@@ -43,7 +43,7 @@ WOODS = {
     },
     "hills": "near",
 }
-"""Pictures of the scene woods, and their views."""
+"""Pictures of trees, and their views."""
 AUTUMN = {"woodland": 0.79}
 """Cover.season of some."""
 SIZE, QUALITY = (960, 540), "medium"
@@ -68,7 +68,7 @@ def main(names: list[str]) -> None:
             file.write_bytes(as_jpeg(drawn(), 2 * LARGEST_BYTES))
             console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
     pictures = [name for name in names or (*PICTURES, *SEVERAL, *WOODS) if name not in (DESCENT, *SHEETS)]
-    scenes = {"earth": PICTURES, "earth_moon": {name: name for name in SEVERAL}, "woods": WOODS}
+    scenes = {"earth": PICTURES | WOODS, "earth_moon": {name: name for name in SEVERAL}}
     for scene_name, own in scenes.items():
         wanted = [name for name in pictures if name in own]
         if not wanted:
@@ -77,7 +77,7 @@ def main(names: list[str]) -> None:
         with pf.Renderer(scene, SIZE, QUALITY) as renderer:
             for name in wanted:
                 file = FOLDER / f"{name}.jpg"
-                if scene_name == "woods":
+                if name in WOODS:
                     scene.planet[pf.Cover].season = AUTUMN.get(name, 0.5)
                 file.write_bytes(as_jpeg(renderer.snapshot(pf.view(own[name], scene.planet)).image))
                 console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")

@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="demo_planet", description=__doc__)
-    parser.add_argument("planet", nargs="?", default="woods", help="a planet's name, or a scene's TOML file")
+    parser.add_argument("planet", nargs="?", default="earth", help="a planet's name, or a scene's TOML file")
     parser.add_argument("--view", help="start at a named view (window)")
     parser.add_argument("--window", choices=("glfw", "pyglet"), default="glfw", help="library that opens the window")
     parser.add_argument("--headless", action="store_true", help="render the flight although there is a display")
