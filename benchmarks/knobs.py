@@ -170,6 +170,7 @@ PAIRS: dict[str, Pair] = {
     "terrain.humidity": Pair("earth", "orbit", 1.0),
     "terrain.rock_slope_deg": Pair("earth", "near", 5.0),
     "terrain.beach_height_m": Pair("earth", "coast", 40.0),
+    "terrain.beach_share": Pair("earth", "delta", 0.0),
     "terrain.snow_line_m": Pair("earth", "orbit", 0.0),
     "terrain.snow_line_pole_m": Pair("earth", "space", -5000.0),
     "terrain.snow_slope_deg": Pair("earth", "high", 5.0),

@@ -192,6 +192,9 @@ class Terrain:
     beach_height_m: float = knob(
         4.0, 0.0, 1000.0, "m", "Sand reaches this high above the sea; without a sea it has no effect", group="ground"
     )
+    beach_share: float = knob(
+        0.6, 0.0, 1.0, "", "Share of the coast that has beaches, in stretches of a kilometre or so", group="ground"
+    )
     snow_line_m: float = knob(5200.0, -1e5, 1e6, "m", "Height of the snow line at the equator", group="ground")
     snow_line_pole_m: float = knob(-500.0, -1e5, 1e6, "m", "Height of the snow line at the poles", group="ground")
     snow_slope_deg: float = knob(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Annotated, Any
 
 import numpy as np
@@ -81,6 +82,7 @@ class TerrainMaterialBlock:
     snow_slope: Annotated[float, "that sheds snow, m per m"]
     beach_height_m: float
     per_beach_height: Annotated[float, "1/m"]
+    beach_shift: Annotated[float, "added to noise of variance 1: a beach is as high as it may where the sum is 1"]
     plants: Annotated[float, "share of ground that may carry plants"]
     strata: Annotated[float, "how clearly they show"]
     strata_per_m: float
@@ -100,6 +102,11 @@ class TerrainMaterialBlock:
     layers: Annotated[Any, array(ReliefLayer, LAYERS)]
 
 
+def _beach_shift(share: float) -> float:
+    """So that noise of variance 1 is over a half with it in this share of places."""
+    return 0.5 + NormalDist().inv_cdf(share) if 0.0 < share < 1.0 else (-10.0, 10.0)[share >= 1.0]
+
+
 def material_block(
     terrain: Terrain, params: TerrainParams, anchor_direction: NDArray[np.float64], nm: Nanometres
 ) -> TerrainMaterialBlock:
@@ -113,6 +120,7 @@ def material_block(
         snow_slope=_slope(terrain.snow_slope_deg),
         beach_height_m=terrain.beach_height_m,
         per_beach_height=1.0 / max(terrain.beach_height_m, 1e-3),
+        beach_shift=_beach_shift(terrain.beach_share),
         plants=terrain.plants,
         strata=terrain.strata,
         strata_per_m=1.0 / terrain.strata_m,

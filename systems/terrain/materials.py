@@ -90,7 +90,7 @@ INPUTS: dict[str, str] = {
     "mixed": "0.7 patches and 0.5 grain",
     "stones": "peaks of the fine noise, 0..1; none where a pixel is wider than 120 m",
     "tufts": "hollows of the fine noise, 0..1; likewise",
-    "beach_height_m": "Terrain.beach_height_m",
+    "beach_height_m": "Terrain.beach_height_m, less where the coast has no beach (Terrain.beach_share)",
     "snow_slope": "Terrain.snow_slope_deg as rise in metres per metre",
 }
 """What a rule may know of a place, all floats: the struct Ground of terrain/ground_at.glsl, which fills it."""

@@ -70,6 +70,7 @@ TERRAIN = {
     "humidity": ("near", 0.1),
     "rock_slope_deg": ("near", 8.0),
     "beach_height_m": ("coast", 30.0),
+    "beach_share": ("coast", 0.0),
     "snow_line_m": ("high", 7500.0),
     "snow_line_pole_m": ("high", 2500.0),
     "snow_slope_deg": ("high", 8.0),

@@ -52,8 +52,8 @@ struct ClutterBeach {
     vec2 slope;    // and how that changes, per metre along the lattice's axes
 };
 
-ClutterBeach clutter_beach(vec3 up, vec3 slope, float above_sea) {
-    float per_m = -2.5 / (terrain_material_block.beach_height_m + 1e-3);
+ClutterBeach clutter_beach(vec3 up, vec3 slope, float above_sea, float beach_m) {
+    float per_m = -2.5 / (beach_m + 1e-3);
     return ClutterBeach(2.5 + per_m * above_sea, per_m * (slope.xy - slope.z / up.z * up.xy));
 }
 
@@ -212,17 +212,17 @@ void add_kind(
 
 // eye, sun: unit vectors, seen from ground whose normal is the zenith. across: what a pixel spans at right angles to
 // the view, metres. stony: share of cells that hold a stone off the beach.
-// above_sea: height of the pixel's ground, metres; gradient: its rise around, in metres per metre.
+// above_sea: height of the pixel's ground, beach_m: of the beach there, metres; gradient: its rise around, in metres per metre.
 GroundClutter ground_clutter(
     vec3 point, vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea,
-    vec3 gradient
+    float beach_m, vec3 gradient
 ) {
     GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0, vec3(0.0), 0.0);
     vec3 up = clutter_axes(zenith, zenith), to_eye = clutter_axes(eye, zenith), to_sun = clutter_axes(sun, zenith);
     float eye_rise = dot(to_eye, up), sun_rise = dot(to_sun, up), strength = terrain_material_block.clutter;
     ClutterView v = ClutterView(up, to_eye - eye_rise * up, to_sun - sun_rise * up, eye_rise, sun_rise, across,
         strength);
-    ClutterBeach strand = clutter_beach(up, clutter_axes(gradient, zenith), above_sea);
+    ClutterBeach strand = clutter_beach(up, clutter_axes(gradient, zenith), above_sea, beach_m);
     float left = 1.0;   // of the pixel, for what lies behind
 #ifdef GROUND_COVER
     // A loop of no turns costs a software GPU nothing.

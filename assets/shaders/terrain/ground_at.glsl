@@ -51,12 +51,14 @@ void ground_chance(inout Ground ground, GroundDetail noise) {
     ground.tufts = ramp(0.6, 1.5, 0.5 * ground.mixed - noise.fine) * spots;
 }
 
-void ground_relief(inout Ground ground, vec3 gradient) {
+void ground_relief(inout Ground ground, vec3 gradient, float shore) {
     float variance = hidden_slope_variance(ground.roughness, ground.footprint_m);
     ground.hidden_slope = sqrt(variance);
     ground.slope = sqrt(dot(gradient, gradient) + variance);
     ground.above_sea_m = ground.height_m - (planet.has_sea ? planet.sea_level_m : -1.0e9);
-    ground.beach_height_m = terrain_material_block.beach_height_m;
+    // Waves take the sand from some stretches of the coast to others.
+    ground.beach_height_m = terrain_material_block.beach_height_m
+        * clamp(shore + terrain_material_block.beach_shift, 0.0, 1.0);
     ground.snow_slope = terrain_material_block.snow_slope;
 }
 
@@ -106,7 +108,7 @@ Ground ground_at(
     ground.moisture = moisture;
     ground.footprint_m = footprint;
     ground_chance(ground, noise);
-    ground_relief(ground, gradient);
+    ground_relief(ground, gradient, noise.shore);
     ground_climate(ground, zenith, gradient);
     ground_growth(ground);
     ground_steepness(ground);

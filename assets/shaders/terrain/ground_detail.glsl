@@ -14,10 +14,22 @@ struct GroundDetail {
     // For colours: of the place and the footprint alone, so that a mesh that is chosen anew changes none.
     float fine;     // noise of 3 to 20 footprints, variance about 1
     float broad;    // noise of about 40 footprints, variance about 1
+    float shore;    // noise of a kilometre, variance about 1
 };
 
 const int DETAIL_MOST = 28;
+const int SHORE_OCTAVE = 14;   // NESTED_BASE_M times 2 to this: 1024 m
 const float DETAIL_FINE = 6.0;  // footprints: noise four times as long as this is no part of the fine one
+
+// place: from the anchor's foot, in space.
+float noise_of_space(vec3 place, int k) {
+    ivec3 cell;
+    vec3 fraction;
+    float frequency;
+    nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, place, clamp(k, 0, 29),
+        cell, fraction, frequency);
+    return gradient_noise_value(cell, fraction) / NESTED_RMS;
+}
 
 // spacing: of the vertices; footprint: of the pixel, metres. falls: slope that the vertices show, which gullies follow.
 // real: what there is of real ground, whose relief begins below its samples.
@@ -43,7 +55,7 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
     vec3 near = D + warp.amplitude_m * (vector_noise(cell, fraction, jacobian) - warp.value);
     mat3 to_near = mat3(1.0) + (warp.amplitude_m * warp.frequency_per_m) * jacobian;
 
-    GroundDetail sum = GroundDetail(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    GroundDetail sum = GroundDetail(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
     vec3 bent = vec3(0.0);
     float power = 0.5;
     float in_ranges = max(1.0 - 0.2 / max(roughness, 1e-3), 0.0);
@@ -98,21 +110,12 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         k += 3;
     } while (++i < 2);
     sum.broad *= inversesqrt(1.0 - 2.0 * t * (1.0 - t)) / NESTED_RMS;
+    sum.shore = noise_of_space(D, SHORE_OCTAVE);
     return sum;
 }
 
 // Slopes between which colours go over from noise of the map, which a steep slope draws out, to noise of space.
 const vec2 CLIFF_SLOPE = vec2(0.25, 0.65);
-
-// place: from the anchor's foot, in space.
-float noise_of_space(vec3 place, int k) {
-    ivec3 cell;
-    vec3 fraction;
-    float frequency;
-    nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, place, clamp(k, 0, 29),
-        cell, fraction, frequency);
-    return gradient_noise_value(cell, fraction) / NESTED_RMS;
-}
 
 // slope: of all that shows, so that a mesh that is chosen anew changes no colour.
 void ground_cliffs(inout GroundDetail detail, vec3 place, float slope, float footprint) {

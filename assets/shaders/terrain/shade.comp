@@ -92,12 +92,13 @@ WaterLight ground_water(Spot s, vec3 gradient, inout Material material, out Shor
 // What stands on the ground: its albedo and normal, and how much it leaves open of sun and sky. rises: the vertices'
 // gradient; gradient: with all that shows.
 void stand_clutter(
-    Spot s, vec3 sun, float above_sea_m, vec3 rises, vec3 gradient, inout Material material, inout vec3 normal,
+    Spot s, vec3 sun, Ground ground, vec3 rises, vec3 gradient, inout Material material, inout vec3 normal,
     inout vec2 open
 ) {
     material.growth.trees *= ramp(TREES_FROM_M.x, TREES_FROM_M.y, s.distance_m * dot(s.view, s.zenith));
     GroundClutter clutter = ground_clutter(s.point, s.D, s.zenith, levelled(s.view, s.coarse, s.zenith),
-        levelled(sun, s.coarse, s.zenith), s.across_m, material.stony, material.growth, above_sea_m, rises);
+        levelled(sun, s.coarse, s.zenith), s.across_m, material.stony, material.growth, ground.above_sea_m,
+        ground.beach_height_m, rises);
     material.albedo = mix(material.albedo, clutter_albedo(clutter, material.plant), clutter.cover);
     normal = normalize(normal * (1.0 - clutter.cover) + clutter.normal - gradient * dot(clutter.normal, s.zenith));
     open *= mix(vec2(clutter.sun, clutter.sky), vec2(1.0), clutter.cover);
@@ -195,7 +196,7 @@ vec3 ground_radiance(ivec2 pixel) {
     cover_ground(s, ground, normal, material, open);
 #endif
 #ifdef GROUND_CLUTTER
-    stand_clutter(s, water.to_sun, ground.above_sea_m, shown.rises, gradient, material, normal, open);
+    stand_clutter(s, water.to_sun, ground, shown.rises, gradient, material, normal, open);
 #endif
     vec3 beam = frame.sun_irradiance * open.x * air_to_space(s.place, frame.sun_direction);
     vec3 radiance = ground_light(s, material.albedo, normal, beam, water, open, ground.hidden_slope);
