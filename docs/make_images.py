@@ -19,7 +19,7 @@ from planetfall.systems.capture import contact_sheet
 
 FOLDER = Path(__file__).parent / "images"
 PICTURES = {
-    **{view: view for view in ("space", "orbit", "coast", "valley", "near", "glint", "beach", "waterfall")},
+    **{view: view for view in ("space", "orbit", "coast", "valley", "ground", "dusk", "glint", "beach", "waterfall")},
     "clouds": "sea",
     "above": "high",
 }
