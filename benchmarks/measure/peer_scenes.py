@@ -1,6 +1,6 @@
 """Scenes and cameras of suite `peers`: a sky over plain ground as the peer draws it, with clouds, and a whole planet.
 
-Imports the public API alone, because a start is measured with it.
+Imports little but the public API, because a start is measured with it.
 """
 
 from __future__ import annotations
@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from ... import Camera, Clouds, Composite, Cover, Exposure, Ocean, Scene, Stars, Sun, Terrain, load_scene
+from ... import Camera, Composite, Cover, Exposure, Ocean, Scene, Stars, Sun, Terrain
+from ..scenes import earth, preset_scene
 
 __all__ = ["SCENES", "TIME_S", "camera", "sun"]
 
@@ -40,15 +41,14 @@ def sun() -> Sun:
     )
 
 
-def _clouds() -> Scene:
-    """Air and Earth's clouds over a smooth green ball; shown as the peer shows it: a fixed exposure, AgX, and none of
+def _ball(clouds: bool) -> Scene:
+    """Air, and Earth's clouds, over a smooth green ball; shown as the peer shows it: a fixed exposure, AgX, and none of
     what it has not (stars, glare, anti-aliasing, dither)."""
-    scene = load_scene("earth")
+    scene = preset_scene("earth", clouds)
     planet, around = scene.planet, scene.environment
-    for kind in (Ocean, Cover):
+    for kind in (Ocean, Cover, Terrain):
         if planet.has(kind):
             planet.remove(kind)
-    planet.remove(Terrain)
     planet.add(
         Terrain(
             highest_m=1.0, lowest_m=-1.0, layers=1, mountains=0.0, hills=0.0, roughness=0.0, warp=0.0, strata=0.0,
@@ -63,16 +63,9 @@ def _clouds() -> Scene:
     return scene
 
 
-def _sky() -> Scene:
-    """The same without clouds."""
-    scene = _clouds()
-    scene.planet.remove(Clouds)
-    return scene
-
-
 def _whole() -> Scene:
     """Earth with all it has, and trees."""
-    scene = load_scene("earth")
+    scene = preset_scene("earth", clouds=True)
     if not scene.planet.has(Cover):
         scene.planet.add(Cover())
     return scene
@@ -80,13 +73,16 @@ def _whole() -> Scene:
 
 def _bare() -> Scene:
     """Earth without gullies, rivers and trees."""
-    scene = load_scene("earth")
+    scene = earth(erosion=0.0, rivers=0.0, clouds=True)
     if scene.planet.has(Cover):
         scene.planet.remove(Cover)
-    terrain = scene.planet[Terrain]
-    terrain.erosion = terrain.rivers = 0.0
     return scene
 
 
-SCENES: Mapping[str, Callable[[], Scene]] = {"sky": _sky, "clouds": _clouds, "whole": _whole, "bare": _bare}
+SCENES: Mapping[str, Callable[[], Scene]] = {
+    "sky": lambda: _ball(False),
+    "clouds": lambda: _ball(True),
+    "whole": _whole,
+    "bare": _bare,
+}
 """Makers, by what is drawn."""
