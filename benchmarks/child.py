@@ -6,14 +6,16 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from .. import __file__ as _package_file
 
-__all__ = ["answer_of"]
+__all__ = ["answer_of", "keeping_bytecode"]
 
 
 def answer_of(*arguments: str, environment: Mapping[str, str] = MappingProxyType({}), timeout_s: float = 300.0) -> Any:
@@ -35,3 +37,11 @@ def answer_of(*arguments: str, environment: Mapping[str, str] = MappingProxyType
         said = (done.stdout + done.stderr).strip()[-600:]
         raise RuntimeError(f"the process ended with {done.returncode}: {said}")
     return json.loads(done.stdout.splitlines()[-1])
+
+
+@contextmanager
+def keeping_bytecode() -> Iterator[dict[str, str]]:
+    """An environment in which Python keeps its compiled modules, in a folder of its own: what a second start finds,
+    even where the machine forbids it for tests' sake."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield {"PYTHONPYCACHEPREFIX": folder, "PYTHONDONTWRITEBYTECODE": ""}

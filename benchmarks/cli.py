@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -15,9 +15,10 @@ from ..errors import SettingError
 from .cli_against import AgainstOptions, run_against
 from .document import document as write_document
 from .front import ALTERNATIVES
+from .peer_results import PEERS, read_peer_results, runs_of_peer
 from .plots import MISSING, save_plots
 from .schema import Extent, Report, read_report
-from .session import Session
+from .session import Bench, Session
 from .stability import stability
 from .store import document_path, read_reports, results_root, save_report, stability_path
 from .stress import STRESS_SUITES, replay_file, run_sweep, usual_count
@@ -69,6 +70,10 @@ def _bench(
         Path | None, Parameter(help="A results file or a folder of them: their plots are drawn beside, nothing is run.")
     ] = None,
     list_: Annotated[bool, Parameter(name="--list", negative="", help="Name the suites and their benches.")] = False,
+    peer_results: Annotated[
+        Path | None,
+        Parameter(help="Folder of what a browser's sky and clouds took here: suite peers compares with it."),
+    ] = None,
     against: AgainstOptions = _NOT_AGAINST,
 ) -> int:
     """Measure run time beside error, suite by suite.
@@ -100,10 +105,11 @@ def _bench(
         raise SettingError("bench: --quick and --full exclude each other; leave one out")
     extent: Extent = "quick" if quick else "full" if full else "usual"
     failed = False
-    for suite, benches in choose(suites, quick).items():
+    chosen = _with_peers(choose(suites, quick), peer_results, named=bool(suites), console=console)
+    for suite, benches in chosen.items():
         whole = choose([suite], quick)[suite]
         left_out = [name for name in benches_of(suite) if name not in benches] if benches.keys() == whole.keys() else []
-        with Session(suite, extent) as session, _progress(suite) as progress:
+        with Session(suite, extent, peer_results) as session, _progress(suite) as progress:
             report = session.run(benches, progress, left_out)
         show_report(report, console)
         failed = failed or bool(report.skipped)
@@ -152,6 +158,23 @@ def _stress(
     if save:
         console.print(f"written: {save_report(report, root)}", highlight=False, soft_wrap=True)
     return EXIT_FAILED if report.failures or report.skipped else 0
+
+
+def _with_peers(
+    chosen: dict[str, Mapping[str, Bench]], folder: Path | None, named: bool, console: Console
+) -> dict[str, Mapping[str, Bench]]:
+    """The suites to run, once the files are there that suite peers is about. Without a folder only those who name it
+    want it."""
+    if PEERS not in chosen:
+        if folder is not None:
+            raise SettingError(f"bench: --peer-results goes with suite {PEERS}; name it as well")
+        return chosen
+    if folder is None and not named:
+        console.print(f"left out: {PEERS}, which needs --peer-results FOLDER", style="dim")
+        return {suite: benches for suite, benches in chosen.items() if suite != PEERS}
+    wanted = dict.fromkeys(run for bench in chosen[PEERS] for run in runs_of_peer(bench))
+    read_peer_results(folder, wanted)
+    return chosen
 
 
 def _save(report: Report, root: Path, console: Console) -> None:

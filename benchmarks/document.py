@@ -30,6 +30,7 @@ read benches: [benchmarks-howto.md](benchmarks-howto.md).
 A promise is a bound that a measurement has to keep: the most time it may take (on an idle machine), the largest error,
 a range. Below: how many are kept and which are missed; bench by bench: [every promise]({promises}).
 All measurements, in tables with plots, lie beside the results of each device.
+Beside a browser's sky and clouds: [how frames are compared]({peers}).
 """
 _PROMISES_HEAD = """# Every promise
 
@@ -46,6 +47,7 @@ TABLES = "tables.md"
 """A device's tables, in the folder of its results."""
 PROMISES = "README.md"
 """Every promise, beside the folders of the devices."""
+PEERS = "benchmarks-howto.md#beside-a-browsers-sky-and-clouds"
 MOST_TARGETS = 4
 """Different targets of a bench that are named one by one."""
 
@@ -63,7 +65,7 @@ def document(results: Path, path: Path) -> Path:
 def document_text(results: Path, page_folder: Path) -> str:
     """The page's text; tables are linked relative to `page_folder`. GPUs come first, then what has most results."""
     devices = _devices(results)
-    parts = [_HEAD.format(promises=_link(results / PROMISES, page_folder))]
+    parts = [_HEAD.format(promises=_link(results / PROMISES, page_folder), peers=PEERS)]
     if all(reports[0].machine.is_software for _, reports in devices):
         parts.append(
             "No suite was run on a GPU yet. What frames, pictures and tests were on one: [drivers](drivers.md#a-gpu).\n"

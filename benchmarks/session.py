@@ -6,6 +6,7 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
@@ -32,9 +33,11 @@ class Session:
     machines without GL.
     """
 
-    def __init__(self, suite: str, extent: Extent = "usual") -> None:
+    def __init__(self, suite: str, extent: Extent = "usual", peer_results: Path | None = None) -> None:
         self.suite = suite
         self.extent: Extent = extent
+        self.peer_results = peer_results
+        """Folder of what a peer took, for suite `peers`."""
         self.rows: list[Row] = []
         self.skipped: dict[str, str] = {}
         self.bench = ""

@@ -24,6 +24,7 @@ SUITES: Mapping[str, str] = {
     "whole": "Every planet with all it has at every quality: time against the error to `reference`, by pass, memory",
     "scaling": "How time grows with pixels, triangles, layers of noise, waves, clouds, views, planets: exponents",
     "startup": "Import and first picture, warm and cold; memory of the process",
+    "peers": "Frames beside those of a browser's sky and clouds, measured on the same machine: ours over theirs",
 }
 
 LONG: Mapping[str, tuple[str, ...]] = {
@@ -38,6 +39,7 @@ LONG: Mapping[str, tuple[str, ...]] = {
     "frame": ("full_hd", "skipping", "knobs", "budget", "antialiasing"),
     "whole": ("asteroid", "earth", "hazy", "mars", "small", "passes"),
     "startup": ("window",),
+    "peers": ("clouds", "whole", "start"),
     "atmosphere": ("curve", "shading", "tables", "thick"),
     "ocean": ("footprint",),
     "clouds": (

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from statistics import median
 from types import MappingProxyType
 from typing import Any
 
-from ..child import answer_of
+from ..child import answer_of, keeping_bytecode
 from ..display import display
 from ..session import Bench, Session
 from ..target import at_most
@@ -55,17 +54,9 @@ def run_child(*arguments: str, environment: Mapping[str, str] = _NOTHING) -> dic
     return answer_of("-c", _CHILD, *arguments, environment=environment)
 
 
-@contextmanager
-def _compiled() -> Iterator[dict[str, str]]:
-    """An environment in which Python keeps its compiled modules, in a folder of its own: what a second start finds,
-    even where the machine forbids it for tests' sake."""
-    with tempfile.TemporaryDirectory() as folder:
-        yield {"PYTHONPYCACHEPREFIX": folder, "PYTHONDONTWRITEBYTECODE": ""}
-
-
 def _import(session: Session) -> None:
     """Importing planetfall; a program that only asks for heights; both without OpenGL."""
-    with _compiled() as again:
+    with keeping_bytecode() as again:
         run_child("sampler", environment=again)
         runs = [run_child("sampler", environment=again) for _ in range(session.runs(7, 3))]
     for stage in ("import", "scene", "first height"):
@@ -76,7 +67,7 @@ def _import(session: Session) -> None:
 def _first_picture(session: Session) -> None:
     """From the interpreter to the first picture: a second start, and one that finds the driver's cache empty."""
     for name in ("near",) if session.extent == "quick" else ("near", "orbit") if session.small else _VIEWS:
-        with _compiled() as again:
+        with keeping_bytecode() as again:
             run_child("picture", "medium", name, environment=again)
             warm = [run_child("picture", "medium", name, environment=again) for _ in range(session.runs(5, 2))]
         for stage in ("renderer", "first picture", "second picture"):
@@ -96,7 +87,7 @@ def _first_picture(session: Session) -> None:
 def _window(session: Session) -> None:
     """From the command to the demo's first picture on the screen, with its interface; the driver's cache is warm."""
     arguments = ["earth", "--window", "glfw"]
-    with display() as where, _compiled() as again:
+    with display() as where, keeping_bytecode() as again:
         places = {**where, **again}
         _demo_start(arguments, places)
         warm = [_demo_start(arguments, places) for _ in range(session.runs(5, 1))]
