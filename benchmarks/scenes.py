@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from .. import Clouds, Scene, Terrain, load_scene
+from .. import Clouds, Cover, Scene, Terrain, load_scene
 
 __all__ = ["earth", "preset_scene"]
 
@@ -22,8 +22,10 @@ def preset_scene(source: str | os.PathLike[str] = "earth", clouds: bool = False)
 
 
 def earth(erosion: float, rivers: float, clouds: bool = False) -> Scene:
-    """The preset earth with so much of gullies and rivers: without both, the ground that printed methods know."""
+    """The preset earth with so much of gullies and rivers, and no trees: without all, the ground that printed methods
+    know."""
     scene = preset_scene("earth", clouds)
+    scene.planet.remove(Cover)
     terrain = scene.planet[Terrain]
     terrain.erosion, terrain.rivers = erosion, rivers
     return scene

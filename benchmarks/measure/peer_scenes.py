@@ -63,26 +63,10 @@ def _ball(clouds: bool) -> Scene:
     return scene
 
 
-def _whole() -> Scene:
-    """Earth with all it has, and trees."""
-    scene = preset_scene("earth", clouds=True)
-    if not scene.planet.has(Cover):
-        scene.planet.add(Cover())
-    return scene
-
-
-def _bare() -> Scene:
-    """Earth without gullies, rivers and trees."""
-    scene = earth(erosion=0.0, rivers=0.0, clouds=True)
-    if scene.planet.has(Cover):
-        scene.planet.remove(Cover)
-    return scene
-
-
 SCENES: Mapping[str, Callable[[], Scene]] = {
     "sky": lambda: _ball(False),
     "clouds": lambda: _ball(True),
-    "whole": _whole,
-    "bare": _bare,
+    "whole": lambda: preset_scene("earth", clouds=True),
+    "bare": lambda: earth(erosion=0.0, rivers=0.0, clouds=True),
 }
-"""Makers, by what is drawn."""
+"""Makers, by what is drawn: a whole planet with all it has, or without gullies, rivers and trees."""
