@@ -43,12 +43,10 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
             terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None
         ):
             from ..systems.terrain.height import TerrainParams
-            from ..systems.terrain.height_map import color_cube
+            from ..systems.terrain.real_colors import ground_colors
 
             try:
-                TerrainParams.from_component(terrain, radius)
-                if terrain.color_map:
-                    color_cube(terrain.color_map, wavelengths_of(settings))
+                ground_colors(terrain, TerrainParams.from_component(terrain, radius), wavelengths_of(settings))
             except ValueError as error:
                 problems.append(f"{where}: {error}")
     sea = found(Ocean, "ocean")
