@@ -17,13 +17,16 @@ from numpy.typing import NDArray
 from .color_level import SIDE, ColorLevel, decoded, near_blocks
 from .lattice import Lattice, sphere_place
 
-__all__ = ["BEFORE", "SLOT", "ColorGround", "ColorPages", "ColorSet", "composed", "pages_of_colors"]
+__all__ = ["BEFORE", "SLOT", "WHOLE", "ColorGround", "ColorPages", "ColorSet", "composed", "pages_of_colors"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 BEFORE, SLOT = 1, SIDE + 2
 """Pixels of a page before its own, and all of them a side: what is linear between pixels is in one page."""
+
+WHOLE = 0.9999
+"""A weight above is 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +132,7 @@ def composed(
             break
         found = each.sample(latitude_deg[at], longitude_deg[at], footprint_rad[at])
         values[:, at] += rest[at] * found[:3]
-        rest[at] *= 1.0 - found[3]
+        rest[at] *= np.where(found[3] > WHOLE, 0.0, 1.0 - found[3])
     return values, 1.0 - rest
 
 

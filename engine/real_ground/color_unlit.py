@@ -32,7 +32,7 @@ _SQUARE = 42
 _STEPS = (1, 2, 3, 6, 7, 14, 21)
 """Pixels from one normal to the next: parts of a square."""
 _MOST_FITTED = 256
-_TURNS = 4
+_TURNS = 6
 _DARKEST, _BRIGHTEST = 0.2, 3.0
 """Of a slope's light by that of level ground."""
 _RIDGE = 1e-4
@@ -87,13 +87,13 @@ def _direction(azimuth_deg: float, elevation_deg: float) -> Floats:
 
 
 def _step(level: ColorLevel, relief: Relief) -> int:
-    """Pixels from one normal to the next: as far apart as heights are known."""
+    """Pixels from one normal to the next: half as far apart as heights are known."""
     pixel_m = level.lattice.sample_m(relief.radius_m)
     if level.lattice.mercator:
         j, i = next(iter(level.blocks))
         latitude = level.lattice.place(i * SIDE, j * SIDE)[0]
         pixel_m *= float(np.cos(np.radians(latitude)))
-    return max(step for step in _STEPS if step == 1 or step * pixel_m <= relief.sample_m)
+    return max(step for step in _STEPS if step == 1 or step * pixel_m <= 0.5 * relief.sample_m)
 
 
 def _normals(level: ColorLevel, relief: Relief, key: tuple[int, int], step: int) -> Floats:

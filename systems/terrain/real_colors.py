@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.made_shaders import made_shader
-from ...engine.real_ground.color_ground import BEFORE, SLOT, ColorGround, ColorPages, ColorSet
+from ...engine.real_ground.color_ground import BEFORE, SLOT, WHOLE, ColorGround, ColorPages, ColorSet
 from ...engine.real_ground.color_level import SIDE
 from ...engine.real_ground.color_reading import real_colors
 from ...engine.real_ground.color_unlit import Relief
@@ -31,7 +31,7 @@ from .height_map import color_cube, map_values
 from .height_params import TerrainParams
 from .real_texture import fixed_unit_m
 
-__all__ = ["color_texels", "ground_colors", "pictured_width_bits", "write_anchor"]
+__all__ = ["color_texels", "ground_colors", "pictured_width_bits", "relief_of", "write_anchor"]
 
 Words = NDArray[np.int32]
 
@@ -43,6 +43,7 @@ _MOST_ROWS = 16384
 def _shader() -> str:
     numbers: dict[str, Any] = {
         "SIDE": SIDE, "BEFORE": BEFORE, "SLOT_BITS": _SLOT_BITS, "FIRST_LEVEL": _FIRST_LEVEL, "LEVEL": _LEVEL,
+        "WHOLE": WHOLE,
     }  # fmt: skip
     return "".join(f"const {type(v).__name__} COLORS_{name} = {v};\n" for name, v in numbers.items())
 
@@ -56,11 +57,11 @@ def ground_colors(terrain: Any, params: TerrainParams, nm: Nanometres) -> CubeMa
         return color_cube(terrain.color_map, nm) if terrain.color_map else None
     most_bytes = int(1e6 * terrain.color_map_most_mb)
     return real_colors(
-        terrain.color_map, nm, most_bytes, "Terrain.color_map", terrain.color_map_unlit, _relief(params)
+        terrain.color_map, nm, most_bytes, "Terrain.color_map", terrain.color_map_unlit, relief_of(params)
     )
 
 
-def _relief(params: TerrainParams) -> Relief | None:
+def relief_of(params: TerrainParams) -> Relief | None:
     """The ground where maps say how high it is."""
     radius_m, real, found = params.radius_m, params.real, params.height_map
     heights: Callable[[NDArray[np.float64]], NDArray[np.float64]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,3 +108,26 @@ def write_fields(
             at = x + i - across // 2, y + j - across // 2
             write_picture(folder, zoom, *at, fields(*tile_places(zoom, *at)), ending)
     return folder
+
+
+def write_color_tiff(file: Path, pixels: NDArray[np.uint8], west: float, north: float, step_deg: float, **words: Any) -> Path:
+    """A GeoTIFF in degrees of (rows, columns, channels). words: of tifffile.imwrite."""
+    import tifffile
+
+    tags = [
+        (33550, "d", 3, (step_deg, step_deg, 0.0)),
+        (33922, "d", 6, (0.0, 0.0, 0.0, west, north, 0.0)),
+        (34735, "H", 16, (1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326)),
+    ]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    extra = [*tags, *words.pop("tags", [])]
+    tifffile.imwrite(file, pixels, extratags=extra, photometric="rgb" if pixels.shape[-1] >= 3 else "minisblack", **words)
+    return file
+
+
+def globe(latitude_deg: Floats, longitude_deg: Floats) -> NDArray[np.uint8]:
+    """Red, green and blue (..., 3) of a picture of all the planet that knows no pole and no date line."""
+    latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
+    flat = np.cos(latitude)
+    place = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)], axis=-1)
+    return np.rint(128.0 + 100.0 * np.sin(7.0 * place)).astype(np.uint8)

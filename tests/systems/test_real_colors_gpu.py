@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from countries import write_fields, write_picture
+from countries import globe, tile_places, write_color_tiff, write_fields, write_picture
 
 from planetfall.engine.blocks.bindings import COLOR_MAP_UNIT
+from planetfall.engine.display import reflectance
 from planetfall.engine.real_ground.color_reading import real_colors
-from planetfall.engine.real_ground.lattice import directions_at
+from planetfall.engine.real_ground.lattice import directions_at, sphere_place
+from planetfall.engine.srgb import srgb_decode
 from planetfall.engine.wavelengths import DISPLAY_NM
 from planetfall.systems.terrain.height import TerrainParams
 from planetfall.systems.terrain.height_table import octave_table
@@ -80,3 +82,32 @@ def country(tmp_path_factory):
 @pytest.mark.parametrize("place", [(46.5, 7.5), (46.508, 7.51), (46.6, 7.6), (46.8, 7.7), (45.0, 9.0)])
 def test_colours_around_an_anchor(evaluate, country, place):
     compare(evaluate, country, place, 2e-3)
+
+
+@pytest.fixture(scope="module", params=["degrees", "mercator"])
+def world(tmp_path_factory, request):
+    folder = tmp_path_factory.mktemp("world")
+    if request.param == "mercator":
+        for x in range(4):
+            for y in range(4):
+                write_picture(folder, 2, x, y, globe(*tile_places(2, x, y)))
+    else:
+        pytest.importorskip("tifffile")
+        longitude, latitude = np.meshgrid(np.arange(-179.75, 180.0, 0.5), np.arange(89.75, -90.0, -0.5))
+        write_color_tiff(folder / "all.tif", globe(latitude, longitude), -180.0, 90.0, 0.5)
+    return request.param, real_colors(str(folder), DISPLAY_NM, 256_000_000, "Terrain.color_map")
+
+
+@pytest.mark.parametrize("place", [(90.0, 0.0), (-89.99, 30.0), (0.0, 180.0), (50.0, -179.999), (84.9, 10.0), (20.0, 40.0)])
+def test_poles_and_the_date_line(evaluate, world, place):
+    """As the twin there, and as what the picture was made from: no seam."""
+    kind, found = world
+    weight = compare(evaluate, found, place, 2e-3)
+    if kind == "mercator" and abs(place[0]) > 85.0:
+        return
+    assert weight[:2000].min() == 1.0
+    points = directions_at(np.full(64, place[0]), place[1] + np.linspace(-0.01, 0.01, 64))
+    values, _ = found.sample(points, np.full(64, 1e-9))
+    latitude, longitude = sphere_place(points)
+    exact = reflectance(srgb_decode(globe(latitude, longitude) / 255.0), DISPLAY_NM)
+    assert np.abs(values.T - exact).max() < 0.05 and np.abs(np.diff(values, axis=1)).max() < 2e-3

@@ -127,7 +127,7 @@ ColorsSeen terrain_colors(vec3 D, float footprint_rad) {
         } while (++side < sides);
         seen.albedo += rest * found.rgb;
         seen.coarse += rest * found.a * clamp(-0.5 * log2(max(pixels, 1e-9)), 0.0, 1.0);
-        rest *= 1.0 - found.a;
+        rest *= found.a > COLORS_WHOLE ? 0.0 : 1.0 - found.a;
         k = last + 1;
     } while (k < count && rest > 0.0);
     seen.weight = 1.0 - rest;
