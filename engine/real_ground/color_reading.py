@@ -23,7 +23,7 @@ from .color_unlit import Relief, take_out_sun
 from .tile_files import Found, TileError
 from .tile_index import COLORS, TileSet, open_tiles, tiles_stamp
 
-__all__ = ["color_levels", "read_pixels", "real_colors", "root_table"]
+__all__ = ["color_levels", "color_plans", "read_pixels", "real_colors", "root_table"]
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +71,7 @@ def _color_ground(
         return _roots(pixels, table)
 
     found: list[ColorSet] = []
-    for tiles, factor in _plans(sets, most_bytes):
+    for tiles, factor in color_plans(sets, most_bytes):
         if factor > 1:
             log.warning(
                 "%s: %s is read at 1/%d of its resolution, to fit into Terrain.color_map_most_mb = %g; raise it",
@@ -93,7 +93,7 @@ def _color_ground(
     return ColorGround(tuple(found))
 
 
-def _plans(sets: Sequence[TileSet], most_bytes: int) -> list[tuple[TileSet, int]]:
+def color_plans(sets: Sequence[TileSet], most_bytes: int) -> list[tuple[TileSet, int]]:
     """Sets, and how many of their pixels make one; the largest gives way until all fit."""
     factors, lattices = [1] * len(sets), [found.lattice for found in sets]
     while True:

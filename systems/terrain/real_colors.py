@@ -71,13 +71,13 @@ def relief_of(params: TerrainParams) -> Relief | None:
             height, rest = real.heights(directions * radius_m)
             return np.where(rest > 0.5, np.nan, height)
 
-        return Relief(heights, real.finest_m(radius_m), radius_m, (id(real), radius_m))
+        return Relief(heights, real.finest_m(radius_m), radius_m, (real, radius_m))
     if found is not None:
 
         def heights(directions: NDArray[np.float64]) -> NDArray[np.float64]:
             return map_values(found, directions)[0]
 
-        return Relief(heights, found.sample_rad * radius_m, radius_m, (id(found), radius_m))
+        return Relief(heights, found.sample_rad * radius_m, radius_m, (found, radius_m))
     return None
 
 
