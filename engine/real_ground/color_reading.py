@@ -84,7 +84,9 @@ def _color_ground(
         if unlit > 0.0 and relief is not None:
             sun_deg = take_out_sun(level, relief, tiles.folder.sun_deg, unlit)
             if sun_deg is not None and tiles.folder.sun_deg is None:
-                log.info("%s: %s: the sun stood at %.0f degrees from north, %.0f high", what, tiles.folder.folder, *sun_deg)
+                log.info(
+                    "%s: %s: the sun stood at %.0f degrees from north, %.0f high", what, tiles.folder.folder, *sun_deg
+                )
         levels, octaves = color_levels(with_margins(level))
         found.append(ColorSet(levels, octaves, sun_deg))
     if not found:

@@ -43,7 +43,18 @@ from ..table_cache import TableCache
 from .lattice import Lattice
 from .tile_files import ENDINGS, PNG_CODES, Found, TileError, find_tile
 
-__all__ = ["COLORS", "HEIGHTS", "WATER", "TileFolder", "TileSet", "folder_sets", "is_tiles", "open_tiles", "tiles_stamp"]
+__all__ = [
+    "COLORS",
+    "HEIGHTS",
+    "WATER",
+    "TileFolder",
+    "TileSet",
+    "folder_sets",
+    "is_tiles",
+    "open_tiles",
+    "tile_folders",
+    "tiles_stamp",
+]
 
 log = logging.getLogger(__name__)
 

@@ -1,9 +1,9 @@
-"""`planetfall map`: what folders of elevation tiles hold, and reading them before a scene does."""
+"""`planetfall map`: what folders of tiles hold, and reading those of elevation before a scene does."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import App, Parameter
@@ -17,7 +17,7 @@ from .progress import counted, written
 __all__ = ["map_app"]
 
 console = Console()
-map_app = App(help="Elevation from tiles: what a folder holds, and reading it before a scene does.")
+map_app = App(help="Elevation and pictures from tiles: what a folder holds, and reading heights before a scene does.")
 
 Folder = Annotated[str, Parameter(help="A folder of tiles, or an index file (.toml).")]
 _SEA_LEVEL_RADIUS_M = 6.371e6
@@ -25,20 +25,28 @@ _SEA_LEVEL_RADIUS_M = 6.371e6
 
 @map_app.command(name="info")
 def info_command(
-    folder: Folder, *, width_px: int = 1024, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
+    folder: Folder,
+    *,
+    kind: Literal["heights", "colors", "water"] | None = None,
+    width_px: int = 1024,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
 ) -> None:
-    """Say what a folder of elevation tiles holds: coverage, resolution, ranges and gaps.
+    """Say what a folder of tiles holds, of elevation or of pictures: coverage, resolution, ranges and gaps.
 
-    apart: samples, at the equator of the Earth. voids: samples without a height. missing: tiles that the bounds have
-    room for and that are not there.
+    apart: samples, at the equator of the Earth. voids: samples without a height, pixels that show nothing. missing:
+    tiles that the bounds have room for and that are not there.
 
     Parameters
     ----------
+    kind
+        What its tiles are, "heights", "colors" or "water"; without it what the first one looks like.
     width_px
         Of the picture's longer side.
     output
-        A picture, PNG, of the heights in degrees, lit from the north-west; where there are none it is dark blue.
+        A picture, PNG, in degrees, of pictures or of the heights lit from the north-west; where there are none it is
+        dark blue.
     """
+    from ..engine.real_ground.color_survey import color_survey, kind_of
     from ..engine.real_ground.survey import survey
     from ..engine.real_ground.tile_index import open_tiles
 
@@ -47,16 +55,24 @@ def info_command(
     if output is not None:
         require_writable(output)
     with counted("looking", 1) as progress:
-        sets = open_tiles(folder, "map", progress)
+        kind = kind or kind_of(folder)
+        sets = open_tiles(folder, "map", progress, kind)
+    longest_px = width_px if output is not None else 0
+    found: list[Any]
+    picture: Any
     with counted("reading", sum(map(len, sets))) as progress:
-        found, picture = survey(sets, width_px if output is not None else 0, progress)
-    table = Table("tiles", "apart", "south to north", "west to east", "heights", "voids", "missing", box=None)
+        if kind == "heights":
+            found, heights = survey(sets, longest_px, progress)
+            picture = None if heights is None else _relief(heights)
+        else:
+            found, picture = color_survey(sets, longest_px, progress)
+    table = Table("tiles", "apart", "south to north", "west to east", kind, "voids", "missing", box=None)
     for facts in found:
         south, west, north, east = facts.bounds_deg
         lattice = facts.tiles.lattice
         table.add_row(
             f"{len(facts.tiles):,}", _apart(lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{south:.3f} to {north:.3f}",
-            f"{west:.3f} to {east:.3f}", _heights(facts), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
+            f"{west:.3f} to {east:.3f}", _heights(facts) if kind == "heights" else f"{facts.samples:,} pixels", f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
             f"{facts.missing:,}",
         )  # fmt: skip
     console.print(table)
@@ -66,7 +82,7 @@ def info_command(
     if output is not None and picture is not None:
         from ..systems.capture import write_png
 
-        write_png(output, _relief(picture))
+        write_png(output, picture)
         written(output)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from countries import hgt_samples, write_country, write_hgt
+from countries import hgt_samples, write_country, write_fields, write_hgt, write_png_tile
 from PIL import Image
 
 import planetfall as pf
@@ -121,3 +121,22 @@ def test_places_as_maps_print_them(text, place):
 def test_what_is_no_place_says_what_is(text):
     with pytest.raises(pf.CameraError, match=r"read_place: .*expected"):
         pf.read_place(text)
+
+
+def test_info_knows_pictures(tmp_path, capsys):
+    """Tiles of pictures by what they look like, and by the index; tiles of terrain-RGB stay heights."""
+    write_fields(tmp_path / "fields", 14, 46.5, 7.5, 2)
+    out = tmp_path / "map.png"
+    assert main(["map", "info", str(tmp_path / "fields"), "-o", str(out), "--width-px", "90"]) == 0
+    said = capsys.readouterr().out
+    assert "colors" in said and "9.5 m" in said and " 0.00 %" in said
+    with Image.open(out) as picture:
+        assert np.asarray(picture)[30, 30, 0] > np.asarray(picture)[30, 30, 2] and max(picture.size) == 90
+    write_png_tile(tmp_path / "heights", 12, 2138, 1443)
+    assert main(["map", "info", str(tmp_path / "heights")]) == 0
+    assert "heights" in capsys.readouterr().out
+    assert main(["map", "info", str(tmp_path / "heights"), "--kind", "colors"]) == 0
+    assert "colors" in capsys.readouterr().out
+    (tmp_path / "map.toml").write_text('[[tiles]]\nfolder = "fields"\nkind = "colors"\n')
+    assert main(["map", "info", str(tmp_path / "map.toml")]) == 0
+    assert "colors" in capsys.readouterr().out

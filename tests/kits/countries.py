@@ -110,7 +110,9 @@ def write_fields(
     return folder
 
 
-def write_color_tiff(file: Path, pixels: NDArray[np.uint8], west: float, north: float, step_deg: float, **words: Any) -> Path:
+def write_color_tiff(
+    file: Path, pixels: NDArray[np.uint8], west: float, north: float, step_deg: float, **words: Any
+) -> Path:
     """A GeoTIFF in degrees of (rows, columns, channels). words: of tifffile.imwrite."""
     import tifffile
 
@@ -121,7 +123,9 @@ def write_color_tiff(file: Path, pixels: NDArray[np.uint8], west: float, north: 
     ]
     file.parent.mkdir(parents=True, exist_ok=True)
     extra = [*tags, *words.pop("tags", [])]
-    tifffile.imwrite(file, pixels, extratags=extra, photometric="rgb" if pixels.shape[-1] >= 3 else "minisblack", **words)
+    tifffile.imwrite(
+        file, pixels, extratags=extra, photometric="rgb" if pixels.shape[-1] >= 3 else "minisblack", **words
+    )
     return file
 
 

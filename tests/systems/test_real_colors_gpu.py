@@ -98,7 +98,9 @@ def world(tmp_path_factory, request):
     return request.param, real_colors(str(folder), DISPLAY_NM, 256_000_000, "Terrain.color_map")
 
 
-@pytest.mark.parametrize("place", [(90.0, 0.0), (-89.99, 30.0), (0.0, 180.0), (50.0, -179.999), (84.9, 10.0), (20.0, 40.0)])
+@pytest.mark.parametrize(
+    "place", [(90.0, 0.0), (-89.99, 30.0), (0.0, 180.0), (50.0, -179.999), (84.9, 10.0), (20.0, 40.0)]
+)
 def test_poles_and_the_date_line(evaluate, world, place):
     """As the twin there, and as what the picture was made from: no seam."""
     kind, found = world

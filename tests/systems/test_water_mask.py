@@ -48,7 +48,10 @@ def heights_of(path, latitude_deg, longitude_deg):
 def test_ground_sinks_below_the_sea(folder):
     rng = np.random.default_rng(2)
     latitude, longitude = rng.uniform(46.1, 46.9, 3000), rng.uniform(7.1, 7.9, 3000)
-    plain, found = heights_of(folder / "heights", latitude, longitude), heights_of(folder / "map.toml", latitude, longitude)
+    plain, found = (
+        heights_of(folder / "heights", latitude, longitude),
+        heights_of(folder / "map.toml", latitude, longitude),
+    )
     east_deg = longitude - shore(latitude)
     sea, land, near = east_deg < -0.02, east_deg > 0.03, np.abs(east_deg) < 0.02
     assert np.abs(plain[sea]).max() < 0.01
