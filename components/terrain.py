@@ -143,7 +143,7 @@ class Terrain:
     )
     color_map: str = knob(
         "",
-        help="Colours in place of materials': of all around a PNG or JPEG, or six faces; of some places a folder of tiles",
+        help="Colours of the ground: of all around a PNG or JPEG, or six faces; of some places a folder of tiles",
         cost="8 texture fetches a pixel, of tiles 60; 4 bytes a sample",
         group="maps",
         widget="path",

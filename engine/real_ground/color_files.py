@@ -1,8 +1,8 @@
 """Single tiles of pictures of the ground: colours as files hold them, and what is a gap in them.
 
 PNG and JPEG by zoom/x/y (12/2138/1443.jpg), 256 or 512 pixels, and GeoTIFFs of grey or red, green and blue, of 8 or 16
-bits, in degrees or in EPSG:3857. Where they lie tile_files.find_tile says. Transparent pixels are gaps, and so are those
-all of whose channels hold a GeoTIFF's GDAL_NODATA.
+bits, in degrees or in EPSG:3857. Where they lie tile_files.find_tile says. Transparent pixels are gaps, and so are
+those all of whose channels hold a GeoTIFF's GDAL_NODATA.
 """
 
 from __future__ import annotations

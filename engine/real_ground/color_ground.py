@@ -68,8 +68,8 @@ class ColorPages:
 
 @dataclass(frozen=True, eq=False)
 class ColorSet:
-    """Levels of one set, the finest first. octaves: by how many factors of two each is coarser than the finest. sun_deg:
-    azimuth and elevation of the sun that was taken out of it, None: none was."""
+    """Levels of one set, the finest first. octaves: by how many factors of two each is coarser than the finest.
+    sun_deg: azimuth and elevation of the sun that was taken out of it, None: none was."""
 
     levels: tuple[ColorPages, ...]
     octaves: tuple[float, ...]

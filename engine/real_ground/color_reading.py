@@ -1,10 +1,9 @@
-"""From tiles of pictures to levels of pages that fit into memory: each set at the finest resolution it can have there."""
+"""From tiles of pictures to levels of pages that fit into memory: each set at the finest resolution it can have."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
 from weakref import WeakValueDictionary
@@ -12,8 +11,8 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ..display import reflectance
-from ..srgb import srgb_decode
+from ..display import BETWEEN, reflectance
+from ..srgb import SRGB_STEPS, srgb_decode
 from ..wavelengths import Nanometres
 from .color_files import read_color_tile
 from .color_ground import SLOT, ColorGround, ColorPages, ColorSet, pages_of_colors
@@ -23,7 +22,7 @@ from .color_unlit import Relief, take_out_sun
 from .tile_files import Found, TileError
 from .tile_index import COLORS, TileSet, open_tiles, tiles_stamp
 
-__all__ = ["color_levels", "color_plans", "read_pixels", "real_colors", "root_table"]
+__all__ = ["color_levels", "color_plans", "read_pixels", "real_colors", "roots_of"]
 
 log = logging.getLogger(__name__)
 
@@ -43,9 +42,9 @@ _last: list[ColorGround] = []
 def real_colors(
     path: str, nm: Nanometres, most_bytes: int, what: str, unlit: float = 0.0, relief: Relief | None = None
 ) -> ColorGround:
-    """The map of pictures at `path` as reflectances at the wavelengths `nm`, read once as long as its files stay as they
-    are, in at most about so many bytes. unlit: share of the sun's shading that is taken out, by `relief`. TileError says
-    what is wrong."""
+    """The map of pictures at `path` as reflectances at the wavelengths `nm`, read once as long as its files stay as
+    they are, in at most about so many bytes. unlit: share of the sun's shading that is taken out, by `relief`.
+    TileError says what is wrong."""
     if unlit > 0.0 and relief is None:
         raise TileError(
             f"{what}_unlit: {unlit:g} without a height map: the sun is taken out of a picture by the ground's relief "
@@ -65,10 +64,8 @@ def real_colors(
 def _color_ground(
     sets: Sequence[TileSet], nm: Nanometres, most_bytes: int, what: str, unlit: float, relief: Relief | None
 ) -> ColorGround:
-    table = root_table(nm)
-
     def convert(pixels: Pixels) -> Pixels:
-        return _roots(pixels, table)
+        return roots_of(pixels, nm)
 
     found: list[ColorSet] = []
     for tiles, factor in color_plans(sets, most_bytes):
@@ -166,28 +163,37 @@ def color_levels(finest: ColorLevel) -> tuple[tuple[ColorPages, ...], tuple[floa
     return tuple(found), tuple(octaves[: len(found)])
 
 
+def roots_of(pixels: Pixels, nm: Nanometres) -> Pixels:
+    """What levels hold of sRGB colours (..., 4) as reflectances at the wavelengths `nm`: gaps are 0 all over."""
+    out = np.empty(pixels.shape, np.uint8)
+    if nm in BETWEEN:
+        out[..., :3] = _looked_up(pixels[..., :3], _root_table(nm))
+    else:  # a matrix
+        out[..., :3] = np.rint(255.0 * np.sqrt(reflectance(SRGB_STEPS[pixels[..., :3]], nm)))
+    out[..., 3] = pixels[..., 3]
+    out[pixels[..., 3] == 0] = 0
+    return out
+
+
 @lru_cache(maxsize=4)
-def root_table(nm: Nanometres) -> NDArray[np.float32]:
+def _root_table(nm: Nanometres) -> NDArray[np.float32]:
     """Square roots of reflectances at the wavelengths `nm`, (n, n, n, 3), of sRGB values in n even steps."""
     steps = srgb_decode(np.linspace(0.0, 1.0, _TABLE))
     colors = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     return np.sqrt(reflectance(colors, nm)).astype(np.float32).reshape(_TABLE, _TABLE, _TABLE, 3)
 
 
-def _roots(pixels: Pixels, table: NDArray[np.float32]) -> Pixels:
-    """What levels hold of sRGB colours (..., 4): gaps are 0 all over."""
-    at = pixels[..., :3].astype(np.float32) * np.float32((_TABLE - 1) / 255.0)
+def _looked_up(colors: Pixels, table: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Steps of 255 (..., 3), linear between the table's."""
+    at = colors.astype(np.float32) * np.float32((_TABLE - 1) / 255.0)
     low = np.minimum(at.astype(np.int64), _TABLE - 2)
     f = at - low
     flat = table.reshape(-1, 3)
     first = (low[..., 0] * _TABLE + low[..., 1]) * _TABLE + low[..., 2]
-    total = np.zeros(pixels[..., :3].shape, np.float32)
+    total = np.zeros(colors.shape, np.float32)
     for corner in range(8):
         bits = np.array([corner >> 2 & 1, corner >> 1 & 1, corner & 1])
         share = np.prod(np.where(bits, f, 1.0 - f), axis=-1)
         step = int((bits[0] * _TABLE + bits[1]) * _TABLE + bits[2])
         total += share[..., None] * flat[first + step]
-    out = np.empty(pixels.shape, np.uint8)
-    out[..., :3], out[..., 3] = np.rint(255.0 * np.clip(total, 0.0, 1.0)), pixels[..., 3]
-    out[pixels[..., 3] == 0] = 0
-    return out
+    return np.rint(255.0 * np.clip(total, 0.0, 1.0))

@@ -8,8 +8,8 @@ with n.l + c, c for what the sky and the ground around add, so
 
 c is fitted: over squares of pixels, light by its mean in the square is a straight line in n.l. Where l isn't known the
 line is one in the three parts of n, whose direction is l. Each fit takes the squares' means out, so that forests on
-plains and rock on heights count little; what hangs on the side of a hill itself (snow, trees of its shady side) goes out
-with the sun. Shadows that ground casts stay.
+plains and rock on heights count little; what hangs on the side of a hill itself (snow, trees of its shady side) goes
+out with the sun. Shadows that ground casts stay.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def info_command(
         lattice = facts.tiles.lattice
         table.add_row(
             f"{len(facts.tiles):,}", _apart(lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{south:.3f} to {north:.3f}",
-            f"{west:.3f} to {east:.3f}", _heights(facts) if kind == "heights" else f"{facts.samples:,} pixels", f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
+            f"{west:.3f} to {east:.3f}", _values(facts, kind), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
             f"{facts.missing:,}",
         )  # fmt: skip
     console.print(table)
@@ -115,7 +115,9 @@ def _apart(sample_m: float) -> str:
     return f"{sample_m:,.1f} m" if sample_m < 100.0 else f"{sample_m:,.0f} m"
 
 
-def _heights(facts: Any) -> str:
+def _values(facts: Any, kind: str) -> str:
+    if kind != "heights":
+        return f"{facts.samples:,} pixels"
     return f"{facts.lowest_m:,.0f} to {facts.highest_m:,.0f} m" if facts.highest_m >= facts.lowest_m else "none"
 
 

@@ -66,7 +66,7 @@ def write_png_tile(folder: Path, zoom: int, x: int, y: int, size: int = 256) -> 
 
 
 def fields(latitude_deg: Floats, longitude_deg: Floats) -> NDArray[np.uint8]:
-    """Red, green and blue (..., 3) of a picture: brown and green in waves of a few hundred metres and some kilometres."""
+    """Red, green and blue (..., 3) of a picture: brown and green in waves of 1 and 7 km."""
     latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
     wide = np.sin(6000.0 * latitude) * np.sin(5000.0 * longitude)
     narrow = np.sin(43000.0 * longitude + 9000.0 * latitude)
