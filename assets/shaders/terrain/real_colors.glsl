@@ -4,9 +4,8 @@
 #include "generated/bindings.glsl"
 #include "generated/terrain_table.glsl"
 #include "generated/terrain_color_numbers.glsl"
+#include "terrain/color_map.glsl"
 #include "terrain/real_lattice.glsl"
-
-layout(binding = COLOR_MAP_UNIT) uniform usampler2D u_terrain_colors;
 
 struct ColorsLevel {
     TerrainRealLevel lattice;   // as far as places need it

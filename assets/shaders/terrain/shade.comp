@@ -21,10 +21,9 @@
 #include "terrain/clutter.glsl"
 #include "terrain/ripples.glsl"
 #endif
+#include "terrain/color_map.glsl"
 #ifdef TERRAIN_PICTURED
 #include "terrain/real_colors.glsl"
-#else
-#include "terrain/color_map.glsl"
 #endif
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
@@ -69,8 +68,8 @@ vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
 #endif
 
 #ifdef TERRAIN_PICTURED
-// The pictures' colour, over the materials'. Where its pixels are wider than those of the view it is broken up as that of
-// a map of all the planet.
+// The pictures' colour, over the materials'. Where its pixels are wider than those of the view it is broken up as that
+// of a map of all the planet.
 vec3 pictured(Material material, Ground ground, vec3 D) {
     ColorsSeen seen = terrain_colors(D, ground.footprint_m / planet.radius_m);
     if (seen.weight <= 0.0) return material.albedo;
