@@ -22,7 +22,7 @@ from .color_unlit import Relief, take_out_sun
 from .tile_files import Found, TileError
 from .tile_index import COLORS, TileSet, open_tiles, tiles_stamp
 
-__all__ = ["color_levels", "color_plans", "read_pixels", "real_colors", "roots_of"]
+__all__ = ["color_levels", "color_plans", "read_pixels", "real_colors", "require_relief", "roots_of"]
 
 log = logging.getLogger(__name__)
 
@@ -45,11 +45,7 @@ def real_colors(
     """The map of pictures at `path` as reflectances at the wavelengths `nm`, read once as long as its files stay as
     they are, in at most about so many bytes. unlit: share of the sun's shading that is taken out, by `relief`.
     TileError says what is wrong."""
-    if unlit > 0.0 and relief is None:
-        raise TileError(
-            f"{what}_unlit: {unlit:g} without a height map: the sun is taken out of a picture by the ground's relief "
-            "there; name Terrain.height_map, or set it to 0"
-        )
+    require_relief(unlit, relief, what)
     stamp = (tiles_stamp(path, COLORS), nm, most_bytes, unlit, relief.stamp if relief and unlit > 0.0 else None)
     with _reading:
         found = _in_use.get(stamp)
@@ -59,6 +55,15 @@ def real_colors(
             _in_use[stamp] = found
         _last[:] = [found]  # the next one who asks has it, too
     return found
+
+
+def require_relief(unlit: float, relief: Relief | None, what: str) -> None:
+    """TileError if the sun is to be taken out of pictures of ground that nobody knows."""
+    if unlit > 0.0 and relief is None:
+        raise TileError(
+            f"{what}_unlit: {unlit:g} without a height map: the sun is taken out of a picture by the ground's relief "
+            "there; name Terrain.height_map, or set it to 0"
+        )
 
 
 def _color_ground(

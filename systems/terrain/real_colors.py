@@ -22,22 +22,24 @@ from numpy.typing import NDArray
 from ...engine.made_shaders import made_shader
 from ...engine.real_ground.color_ground import BEFORE, SLOT, WHOLE, ColorGround, ColorPages, ColorSet
 from ...engine.real_ground.color_level import SIDE
-from ...engine.real_ground.color_reading import real_colors
+from ...engine.real_ground.color_reading import real_colors, require_relief
 from ...engine.real_ground.color_unlit import Relief
 from ...engine.real_ground.lattice import directions_at
+from ...engine.real_ground.tile_index import COLORS, open_tiles
 from ...engine.surface.cube_map import CubeMap
 from ...engine.wavelengths import Nanometres
 from .height_map import color_cube, map_values
 from .height_params import TerrainParams
 from .real_texture import fixed_unit_m
 
-__all__ = ["color_texels", "ground_colors", "pictured_width_bits", "relief_of", "write_anchor"]
+__all__ = ["check_pictures", "color_texels", "ground_colors", "pictured_width_bits", "relief_of", "write_anchor"]
 
 Words = NDArray[np.int32]
 
 _FIRST_LEVEL, _LEVEL, _RECORD = 8, 16, 11
 _SLOT_BITS = SLOT.bit_length() - 1
 _MOST_ROWS = 16384
+_WHAT = "Terrain.color_map"
 
 
 def _shader() -> str:
@@ -55,10 +57,14 @@ def ground_colors(terrain: Any, params: TerrainParams, nm: Nanometres) -> CubeMa
     """The colours that a Terrain component names, all around or as tiles. SettingError says what is wrong."""
     if not params.pictured:
         return color_cube(terrain.color_map, nm) if terrain.color_map else None
-    most_bytes = int(1e6 * terrain.color_map_most_mb)
-    return real_colors(
-        terrain.color_map, nm, most_bytes, "Terrain.color_map", terrain.color_map_unlit, relief_of(params)
-    )
+    most_bytes, unlit = int(1e6 * terrain.color_map_most_mb), terrain.color_map_unlit
+    return real_colors(terrain.color_map, nm, most_bytes, _WHAT, unlit, relief_of(params))
+
+
+def check_pictures(terrain: Any, params: TerrainParams) -> None:
+    """SettingError says what is wrong with the tiles of pictures that a Terrain component names. Reads no pixel."""
+    require_relief(terrain.color_map_unlit, relief_of(params), _WHAT)
+    open_tiles(terrain.color_map, _WHAT, kind=COLORS)
 
 
 def relief_of(params: TerrainParams) -> Relief | None:
