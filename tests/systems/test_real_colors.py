@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from countries import fields, tile_at, tile_places, write_fields, write_picture
+from countries import tile_at, write_fields, write_picture
 
 import planetfall as pf
 from planetfall.engine.real_ground.color_reading import real_colors
@@ -110,7 +110,7 @@ def test_paths_and_sharing(folder, tmp_path):
     file.write_text(WORLD + 'color_map = "fields"\n')
     scene = pf.load_scene(file)
     assert scene.planet[pf.Terrain].color_map == str(tmp_path / "fields")
-    with pytest.raises(pf.PresetError, match="tiles of pictures.*give the folder along"):
+    with pytest.raises(pf.PresetError, match=r"tiles of pictures.*give the folder along"):
         scene.share(tmp_path / "a.planetfall")
 
 
