@@ -7,6 +7,7 @@ means of pixels are means of what a picture shows over nothing, and what lies be
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ def decoded(pixels: Pixels) -> Singles:
     return out
 
 
-def coded(values: Singles) -> Pixels:
+def coded(values: NDArray[Any]) -> Pixels:
     """The inverse of `decoded`, to the nearest step."""
     shares = np.clip(values, 0.0, 1.0)
     np.sqrt(shares[..., :3], out=shares[..., :3])
@@ -150,7 +151,7 @@ class ColorLevel:
                 around = np.concatenate([pixels[-reach - 1 :], pixels, pixels[:reach]])
                 sums = np.cumsum(decoded(around).astype(np.float64), axis=0)
                 means = (sums[2 * reach + 1 :] - sums[: lattice.period]) / (2.0 * reach + 1.0)
-                new = coded(means.astype(np.float32))[None]
+                new = coded(means)[None]
                 for key, _, i, inner in _cut(np.array([row]), np.arange(lattice.period)):
                     block = self.blocks.setdefault(key, np.zeros((SIDE, SIDE, 4), np.uint8))
                     block[inner] = new[:, i]

@@ -6,6 +6,8 @@ of the picture itself keep their weight. Gaps of a few pixels are closed by it.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +53,7 @@ def _grown(window: Pixels) -> Pixels:
     return coded(values)
 
 
-def _around(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def _around(values: NDArray[Any]) -> NDArray[Any]:
     """Sums over squares of 3 x 3; values are 0 where nothing is known."""
     wide = np.pad(values, 1)
     rows = wide[:-2] + wide[1:-1] + wide[2:]

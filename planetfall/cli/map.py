@@ -55,24 +55,24 @@ def info_command(
     if output is not None:
         require_writable(output)
     with counted("looking", 1) as progress:
-        kind = kind or kind_of(folder)
-        sets = open_tiles(folder, "map", progress, kind)
+        what: str = kind or kind_of(folder)
+        sets = open_tiles(folder, "map", progress, what)
     longest_px = width_px if output is not None else 0
     found: list[Any]
     picture: Any
     with counted("reading", sum(map(len, sets))) as progress:
-        if kind == "heights":
+        if what == "heights":
             found, heights = survey(sets, longest_px, progress)
             picture = None if heights is None else _relief(heights)
         else:
             found, picture = color_survey(sets, longest_px, progress)
-    table = Table("tiles", "apart", "south to north", "west to east", kind, "voids", "missing", box=None)
+    table = Table("tiles", "apart", "south to north", "west to east", what, "voids", "missing", box=None)
     for facts in found:
         south, west, north, east = facts.bounds_deg
         lattice = facts.tiles.lattice
         table.add_row(
             f"{len(facts.tiles):,}", _apart(lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{south:.3f} to {north:.3f}",
-            f"{west:.3f} to {east:.3f}", _values(facts, kind), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
+            f"{west:.3f} to {east:.3f}", _values(facts, what), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
             f"{facts.missing:,}",
         )  # fmt: skip
     console.print(table)

@@ -13,7 +13,7 @@ twice as long as there are pages or more, -1: none, and a record a page:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,15 +25,17 @@ from ...engine.real_ground.color_level import SIDE
 from ...engine.real_ground.color_reading import real_colors, require_relief
 from ...engine.real_ground.color_unlit import Relief
 from ...engine.real_ground.lattice import directions_at
+from ...engine.real_ground.real_ground import RealGround
 from ...engine.real_ground.tile_index import COLORS, open_tiles
 from ...engine.surface.cube_map import CubeMap
 from ...engine.wavelengths import Nanometres
-from .height_map import color_cube, map_values
+from .height_map import HeightMap, color_cube, map_values
 from .height_params import TerrainParams
 from .real_texture import fixed_unit_m
 
 __all__ = ["check_pictures", "color_texels", "ground_colors", "pictured_width_bits", "relief_of", "write_anchor"]
 
+Floats = NDArray[np.float64]
 Words = NDArray[np.int32]
 
 _FIRST_LEVEL, _LEVEL, _RECORD = 8, 16, 11
@@ -70,20 +72,18 @@ def check_pictures(terrain: Any, params: TerrainParams) -> None:
 def relief_of(params: TerrainParams) -> Relief | None:
     """The ground where maps say how high it is."""
     radius_m, real, found = params.radius_m, params.real, params.height_map
-    heights: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+    def of_tiles(directions: Floats, real: RealGround) -> Floats:
+        height, rest = real.heights(directions * radius_m)
+        return np.where(rest > 0.5, np.nan, height)
+
+    def of_map(directions: Floats, found: HeightMap) -> Floats:
+        return map_values(found, directions)[0]
+
     if real is not None:
-
-        def heights(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-            height, rest = real.heights(directions * radius_m)
-            return np.where(rest > 0.5, np.nan, height)
-
-        return Relief(heights, real.finest_m(radius_m), radius_m, (real, radius_m))
+        return Relief(partial(of_tiles, real=real), real.finest_m(radius_m), radius_m, (real, radius_m))
     if found is not None:
-
-        def heights(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-            return map_values(found, directions)[0]
-
-        return Relief(heights, found.sample_rad * radius_m, radius_m, (found, radius_m))
+        return Relief(partial(of_map, found=found), found.sample_rad * radius_m, radius_m, (found, radius_m))
     return None
 
 
