@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from pathlib import Path
 from threading import Lock
 from weakref import WeakValueDictionary
 
@@ -19,15 +20,17 @@ from .color_ground import SLOT, ColorGround, ColorPages, ColorSet, pages_of_colo
 from .color_level import SIDE, ColorLevel, decoded, pixel_factor
 from .color_margins import MARGIN, with_margins
 from .color_unlit import Relief, take_out_sun
+from .kept_colors import KeptColors
 from .tile_files import Found, TileError
 from .tile_index import COLORS, TileSet, open_tiles, tiles_stamp
 
-__all__ = ["color_levels", "color_plans", "read_pixels", "real_colors", "require_relief", "roots_of"]
+__all__ = ["color_levels", "color_plans", "make_colors", "read_pixels", "real_colors", "require_relief", "roots_of"]
 
 log = logging.getLogger(__name__)
 
 Pixels = NDArray[np.uint8]
 Convert = Callable[[Pixels], Pixels]
+Progress = Callable[[int, int], None]
 
 _WIDEST_STEP_DEG = 1.0
 """Levels end at pixels so far apart: from farther away no planet is seen in pixels of 0.6 degrees."""
@@ -50,11 +53,32 @@ def real_colors(
     with _reading:
         found = _in_use.get(stamp)
         if found is None:
-            sets = open_tiles(path, what, kind=COLORS)
-            found = _color_ground(sets, nm, most_bytes, what, unlit, relief)
+            found = KeptColors(stamp[:3]).load() if unlit == 0.0 else None
+            if found is None:
+                sets = open_tiles(path, what, kind=COLORS)
+                found = _color_ground(sets, nm, most_bytes, what, unlit, relief)
             _in_use[stamp] = found
         _last[:] = [found]  # the next one who asks has it, too
     return found
+
+
+def make_colors(
+    path: str, nm: Nanometres, most_bytes: int, what: str, progress: Progress | None = None
+) -> tuple[ColorGround, Path]:
+    """Read the map at `path` and keep its levels, so that scenes start at once; and the file they are in. progress:
+    (tiles read, of how many). TileError says what is wrong."""
+    keeper = KeptColors((tiles_stamp(path, COLORS), nm, most_bytes))
+    if keeper.file is None:
+        raise TileError(f"{what}: there is no cache folder (PLANETFALL_CACHE is empty); unset it, or name a folder")
+    found = keeper.load()
+    if found is None:
+        sets = open_tiles(path, what, progress, COLORS)
+        found = _color_ground(sets, nm, most_bytes, what, 0.0, None, progress)
+        if not keeper.save(found):
+            raise TileError(
+                f"{what}: {keeper.file} can't be written; make room, or set PLANETFALL_CACHE to another folder"
+            )
+    return found, keeper.file
 
 
 def require_relief(unlit: float, relief: Relief | None, what: str) -> None:
@@ -67,19 +91,27 @@ def require_relief(unlit: float, relief: Relief | None, what: str) -> None:
 
 
 def _color_ground(
-    sets: Sequence[TileSet], nm: Nanometres, most_bytes: int, what: str, unlit: float, relief: Relief | None
-) -> ColorGround:
+    sets: Sequence[TileSet], nm: Nanometres, most_bytes: int, what: str, unlit: float, relief: Relief | None,
+    progress: Progress | None = None,
+) -> ColorGround:  # fmt: skip
     def convert(pixels: Pixels) -> Pixels:
         return roots_of(pixels, nm)
 
     found: list[ColorSet] = []
+    total, done = sum(map(len, sets)), 0
+
+    def report(tiles: int) -> None:
+        if progress is not None:
+            progress(done + tiles, total)
+
     for tiles, factor in color_plans(sets, most_bytes):
         if factor > 1:
             log.warning(
                 "%s: %s is read at 1/%d of its resolution, to fit into Terrain.color_map_most_mb = %g; raise it",
                 what, tiles.folder.folder, factor, most_bytes / 1e6,
             )  # fmt: skip
-        level = read_pixels(tiles, factor, convert, what)
+        level = read_pixels(tiles, factor, convert, what, report)
+        done += len(tiles)
         if not level.blocks:
             continue
         sun_deg = None
@@ -116,9 +148,11 @@ def _bytes(pixels: float) -> int:
     return int((4.0 / 3.0 * (side + 1.0) ** 2 + 8.0 * side * MARGIN / SIDE + 16.0) * _PAGE_BYTES)
 
 
-def read_pixels(tiles: TileSet, factor: int, convert: Convert, what: str) -> ColorLevel:
+def read_pixels(
+    tiles: TileSet, factor: int, convert: Convert, what: str, report: Callable[[int], None] | None = None
+) -> ColorLevel:
     """The finest level of a set: pixels as they are, or means of squares of them. convert: colours as files hold them,
-    (..., 4), into what levels hold."""
+    (..., 4), into what levels hold. report: is told how many tiles have been read."""
     lattice, left = tiles.lattice, factor
     while left > 1:
         step = pixel_factor(lattice)
@@ -135,6 +169,8 @@ def read_pixels(tiles: TileSet, factor: int, convert: Convert, what: str) -> Col
             level.place(pixels, where.column, where.row)
         else:
             _add(level, pixels, where, factor)
+        if report is not None:
+            report(number + 1)
     if factor > 1:
         level.whole()
     return level

@@ -87,28 +87,51 @@ def info_command(
 
 
 @map_app.command(name="make")
-def make_command(folder: Folder, *, memory_mb: float = 256.0) -> None:
-    """Read elevation tiles and keep what scenes need of them, so that these start at once. May be cut off and goes on.
+def make_command(folder: Folder, *, kind: Literal["heights", "colors"] | None = None, memory_mb: float = 256.0) -> None:
+    """Read tiles and keep what scenes need of them, so that these start at once. Heights that are cut off go on.
 
     Parameters
     ----------
+    kind
+        What its tiles are, "heights" or "colors"; without it what the first one looks like.
     memory_mb
-        As Terrain.height_map_most_mb of the scenes, in MB.
+        As Terrain.height_map_most_mb, or color_map_most_mb, of the scenes, in MB.
     """
+    from ..engine.real_ground.color_reading import make_colors
+    from ..engine.real_ground.color_survey import kind_of
     from ..engine.real_ground.resident import make_ground
+    from ..engine.wavelengths import DISPLAY_NM
 
+    what: str = kind or kind_of(folder)
     if not 1.0 <= memory_mb <= 900.0:
-        raise SettingError(f"memory_mb: {memory_mb:g}; expected 1 to 900 MB, as Terrain.height_map_most_mb")
+        knob = "height_map_most_mb" if what == "heights" else "color_map_most_mb"
+        raise SettingError(f"memory_mb: {memory_mb:g}; expected 1 to 900 MB, as Terrain.{knob}")
+    most_bytes = int(1e6 * memory_mb)
+    levels: list[tuple[float, int, int]]
     with counted("reading", 1) as progress:
-        ground, file = make_ground(folder, int(1e6 * memory_mb), "map", progress)
+        if what == "heights":
+            ground, file = make_ground(folder, most_bytes, "map", progress)
+            levels = [
+                (
+                    level.lattice.sample_m(_SEA_LEVEL_RADIUS_M),
+                    len(level.where),
+                    level.heights.nbytes + level.weights.nbytes,
+                )
+                for level in ground.levels
+            ]
+        else:
+            colors, file = make_colors(folder, DISPLAY_NM, most_bytes, "map", progress)
+            levels = [_level(level, level.pixels.nbytes) for each in colors.sets for level in each.levels]
     table = Table("level", "samples apart", "pages", "MB", box=None)
-    for number, level in enumerate(ground.levels):
-        table.add_row(
-            str(number), _apart(level.lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{len(level.where):,}",
-            f"{(level.heights.nbytes + level.weights.nbytes) / 1e6:.1f}",
-        )  # fmt: skip
+    for number, (apart_m, pages, size) in enumerate(levels):
+        table.add_row(str(number), _apart(apart_m), f"{pages:,}", f"{size / 1e6:.1f}")
     console.print(table)
     written(file)
+
+
+def _level(level: Any, size: int) -> tuple[float, int, int]:
+    """How far apart samples are, pages, bytes."""
+    return level.lattice.sample_m(_SEA_LEVEL_RADIUS_M), len(level.where), size
 
 
 def _apart(sample_m: float) -> str:

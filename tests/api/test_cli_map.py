@@ -9,8 +9,10 @@ from PIL import Image
 
 import planetfall as pf
 from planetfall.cli.main import main
+from planetfall.engine.real_ground.color_reading import real_colors
 from planetfall.engine.real_ground.survey import survey
 from planetfall.engine.real_ground.tile_index import open_tiles
+from planetfall.engine.wavelengths import DISPLAY_NM
 
 
 @pytest.fixture
@@ -140,3 +142,18 @@ def test_info_knows_pictures(tmp_path, capsys):
     (tmp_path / "map.toml").write_text('[[tiles]]\nfolder = "fields"\nkind = "colors"\n')
     assert main(["map", "info", str(tmp_path / "map.toml")]) == 0
     assert "colors" in capsys.readouterr().out
+
+
+def test_make_keeps_pictures(tmp_path, monkeypatch, capsys):
+    """The file has all that a scene reads from tiles, so these need not be opened."""
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    write_fields(tmp_path / "fields", 14, 46.5, 7.5, 2, "jpg")
+    read = real_colors(str(tmp_path / "fields"), DISPLAY_NM, 32_000_000, "map")
+    assert main(["map", "make", str(tmp_path / "fields"), "--memory-mb", "64"]) == 0
+    file = capsys.readouterr().out.splitlines()[-1]
+    assert file.endswith(".npz") and file.startswith(str(tmp_path / "cache"))
+    monkeypatch.setattr("planetfall.engine.real_ground.color_reading.read_color_tile", None)
+    kept = real_colors(str(tmp_path / "fields"), DISPLAY_NM, 64_000_000, "map")
+    assert len(kept.sets) == 1 and kept.sets[0].octaves == read.sets[0].octaves
+    for a, b in zip(kept.sets[0].levels, read.sets[0].levels, strict=True):
+        assert a.lattice == b.lattice and (a.where == b.where).all() and (a.pixels == b.pixels).all()

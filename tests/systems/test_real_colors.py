@@ -3,6 +3,10 @@ where there are none."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from countries import tile_at, write_fields, write_picture
@@ -131,3 +135,21 @@ def test_what_does_not_go_is_said_before_any_gpu_work(tmp_path, knobs, words):
         pf.load_scene(file)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.gpu
+def test_shaders_are_what_all_drivers_take(folder, tmp_path):
+    file = tmp_path / "world.toml"
+    file.write_text(f'{WORLD}color_map = "{folder}/tiles"\n')
+    code = (
+        "import sys, planetfall as pf\n"
+        "scene = pf.load_scene(sys.argv[1])\n"
+        "camera = pf.Camera.at(46.5, 7.5, 300.0, pitch_deg=-25.0, above='ground', ev100=13.0)\n"
+        "with pf.Renderer(scene, size=(48, 27), quality='low') as renderer:\n"
+        "    renderer.render(camera, outputs=('color', 'albedo'))\n"
+    )
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", code, str(file)],
+        check=False, env={**os.environ, "PLANETFALL_VALIDATE": "1"}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr[-2000:]
