@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .color_files import read_color_tile
 from .survey import SetFacts, begin_survey, draw_tile
 from .tile_files import TileError
-from .tile_index import COLORS, HEIGHTS, TileSet, folder_sets, tile_folders
+from .tile_index import COLORS, HEIGHTS, TileSet, first_tiles, tile_folders
 
 __all__ = ["color_survey", "kind_of"]
 
@@ -25,8 +25,7 @@ def kind_of(path: str) -> str:
         folders = tile_folders(path, "map", COLORS)
     except TileError:  # its entries say what heights mean, or what reads it says what is wrong
         return HEIGHTS
-    for tiles in (tiles for folder in folders for tiles in folder_sets(folder, "map")):
-        file, where = tiles.tile(0)
+    for file, where in (found for folder in folders for found in first_tiles(folder)):
         try:
             pixels = read_color_tile(file, where)
         except (TileError, OSError):

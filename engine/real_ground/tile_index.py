@@ -26,11 +26,12 @@ changed files are read again. Broken files cost one warning each and stand for n
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import logging
 import os
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -272,18 +273,18 @@ def tiles_stamp(path: str, kind: str = HEIGHTS) -> tuple[object, ...]:
         return tuple(stamp)
     water = folders[0].water if folders else ()
     for each in (*folders, *water):
-        listing = _Listing.of(each.folder, each.endings)
-        stamp += [each, listing.digest()]
+        stamp += folder_stamp(each)
     return tuple(stamp)
 
 
 def open_tiles(
-    path: str, what: str, progress: Callable[[int, int], None] | None = None, kind: str = HEIGHTS
+    path: str, what: str, progress: Callable[[int, int], None] | None = None, kind: str = HEIGHTS, quiet: bool = False
 ) -> list[TileSet]:
-    """The sets of the map at `path`, the finest first. progress: (files looked at, of how many), for a first look."""
+    """The sets of the map at `path`, the finest first. progress: (files looked at, of how many), for a first look.
+    quiet: no word of broken tiles, for whoever opens them again."""
     sets: list[TileSet] = []
     for folder in tile_folders(path, what, kind):
-        sets += folder_sets(folder, what, progress)
+        sets += folder_sets(folder, what, progress, quiet)
     if not sets:
         raise TileError(
             f"{what}: {path} has no tile of elevation; expected {', '.join(ENDINGS)} files: SRTM tiles such as "
@@ -295,12 +296,27 @@ def open_tiles(
     return sorted(sets, key=lambda found: found.lattice.step_deg)
 
 
-def folder_sets(folder: TileFolder, what: str, progress: Callable[[int, int], None] | None = None) -> list[TileSet]:
+def first_tiles(folder: TileFolder) -> Iterator[tuple[Path, Found]]:
+    """Tiles of a folder by their names, without an index; broken ones are passed over."""
+    listing = _Listing.of(folder.folder, folder.endings)
+    for name, size in zip(listing.names, listing.sizes.tolist(), strict=True):
+        with contextlib.suppress(TileError):
+            yield folder.folder / name, find_tile(folder.folder / name, PurePosixPath(name), size)
+
+
+def folder_stamp(folder: TileFolder) -> tuple[object, ...]:
+    """What tells whether a folder has changed."""
+    return folder, _Listing.of(folder.folder, folder.endings).digest()
+
+
+def folder_sets(
+    folder: TileFolder, what: str, progress: Callable[[int, int], None] | None = None, quiet: bool = False
+) -> list[TileSet]:
     """The sets of a single folder."""
     listing = _Listing.of(folder.folder, folder.endings)
     kept = _Kept(folder.folder, "" if folder.kind == HEIGHTS else "pictures")
     lattices, numbers, where, broken = kept.look(listing, progress)
-    for name, message in broken:
+    for name, message in () if quiet else broken:
         log.warning("%s: %s (left out)", what or name, message)
     sets = []
     for number, lattice in enumerate(lattices):

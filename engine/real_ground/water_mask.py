@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from .color_ground import ColorSet, composed
 from .color_reading import color_levels, color_plans, read_pixels
 from .tile_files import Found
-from .tile_index import TileFolder, folder_sets
+from .tile_index import TileFolder, folder_sets, folder_stamp
 
 __all__ = ["WaterMask", "water_of"]
 
@@ -62,8 +63,14 @@ class WaterMask:
 
 def water_of(folder: TileFolder, what: str) -> WaterMask | None:
     """The masks that belong to a folder of heights; None where there are none. TileError says what is wrong."""
+    return _water(folder.water, tuple(folder_stamp(water) for water in folder.water), what) if folder.water else None
+
+
+@lru_cache(maxsize=1)
+def _water(folders: tuple[TileFolder, ...], _stamps: tuple[object, ...], what: str) -> WaterMask | None:
+    """Kept, since each set of heights asks for it."""
     masks = []
-    for water in folder.water:
+    for water in folders:
         found: list[ColorSet] = []
         sets = sorted(folder_sets(water, what), key=lambda each: each.lattice.step_deg)
         if not sets:

@@ -66,7 +66,7 @@ def ground_colors(terrain: Any, params: TerrainParams, nm: Nanometres) -> CubeMa
 def check_pictures(terrain: Any, params: TerrainParams) -> None:
     """SettingError says what is wrong with the tiles of pictures that a Terrain component names. Reads no pixel."""
     require_relief(terrain.color_map_unlit, relief_of(params), _WHAT)
-    open_tiles(terrain.color_map, _WHAT, kind=COLORS)
+    open_tiles(terrain.color_map, _WHAT, kind=COLORS, quiet=True)
 
 
 def relief_of(params: TerrainParams) -> Relief | None:

@@ -3,6 +3,7 @@ where there are none."""
 
 from __future__ import annotations
 
+import logging
 import os
 import subprocess
 import sys
@@ -116,6 +117,21 @@ def test_paths_and_sharing(folder, tmp_path):
     assert scene.planet[pf.Terrain].color_map == str(tmp_path / "fields")
     with pytest.raises(pf.PresetError, match=r"tiles of pictures.*give the folder along"):
         scene.share(tmp_path / "a.planetfall")
+
+
+def test_a_broken_tile_is_one_warning(tmp_path, caplog):
+    """However often a scene is looked at."""
+    write_fields(tmp_path / "tiles", 13, *PLACE, 2)
+    (tmp_path / "tiles" / "13" / "4266").mkdir(exist_ok=True)
+    broken = tmp_path / "tiles" / "13" / "4266" / "7.png"
+    broken.write_bytes(b"no picture")
+    file = tmp_path / "world.toml"
+    file.write_text(WORLD + 'color_map = "tiles"\n')
+    with caplog.at_level(logging.WARNING):
+        scene = pf.load_scene(file)
+        with pf.Renderer(scene, size=(16, 9), quality="low") as renderer:
+            renderer.render(pf.Camera.at(*PLACE, 500.0, above="ground"))
+    assert sum(str(broken) in record.message for record in caplog.records) == 1
 
 
 @pytest.mark.parametrize(
