@@ -22,7 +22,8 @@ from .color_margins import MARGIN, with_margins
 from .color_unlit import Relief, take_out_sun
 from .kept_colors import KeptColors
 from .tile_files import Found, TileError
-from .tile_index import COLORS, TileSet, open_tiles, tiles_stamp
+from .tile_folders import COLORS
+from .tile_index import TileSet, open_tiles, tiles_stamp
 
 __all__ = ["color_levels", "color_plans", "make_colors", "read_pixels", "real_colors", "require_relief", "roots_of"]
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from .color_files import read_color_tile
 from .survey import SetFacts, begin_survey, draw_tile
 from .tile_files import TileError
-from .tile_index import COLORS, HEIGHTS, TileSet, first_tiles, tile_folders
+from .tile_folders import COLORS, HEIGHTS, tile_folders
+from .tile_index import TileSet, first_tiles
 
 __all__ = ["color_survey", "kind_of"]
 

@@ -26,7 +26,8 @@ from ...engine.real_ground.color_reading import real_colors, require_relief
 from ...engine.real_ground.color_unlit import Relief
 from ...engine.real_ground.lattice import directions_at
 from ...engine.real_ground.real_ground import RealGround
-from ...engine.real_ground.tile_index import COLORS, open_tiles
+from ...engine.real_ground.tile_folders import COLORS
+from ...engine.real_ground.tile_index import open_tiles
 from ...engine.surface.cube_map import CubeMap
 from ...engine.wavelengths import Nanometres
 from .height_map import HeightMap, color_cube, map_values
