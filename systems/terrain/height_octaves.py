@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from ...engine.surface.noise import Scratch
 from .height_added import added_gradients, added_heights
 from .height_eroded import eroded_gradients, eroded_noises
@@ -34,6 +35,7 @@ BLOCK = 1000
 """Points evaluated at once: fewer leave numpy idle between calls, more leave the second-level cache."""
 
 _SCRATCH = Scratch()
+_COMPILED = Kernels(__package__, "height_kernels")
 
 
 @lru_cache(maxsize=16)
@@ -67,9 +69,11 @@ def _uncarved(points: Floats, model: Model) -> tuple[Floats, Floats | float, Val
     if model.gullied:
         (base, rough, _, _), z, furrows, cut, (added, rougher) = eroded_noises(points, model)
         return limit(k, base + (rough + rougher) * z + added), furrows, cut
-    w1, c, b, shapes, z = _noises(points, model)
     cut = None if table is None else valleys(table, points)
     added, rougher = added_heights(points, model)
+    if (compiled := _COMPILED()) is not None:
+        return compiled.heights(points, model, added, rougher), 0.0, cut
+    w1, c, b, shapes, z = _noises(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
@@ -140,6 +144,9 @@ def broad_parts(
     if model.gullied:
         return eroded_noises(points, model)[:4]
     table = model.params.rivers
+    if (compiled := _COMPILED()) is not None:
+        parts, z = compiled.parts(points, model)
+        return tuple(parts), z, 0.0, None if table is None else valleys(table, points)
     w1, c, b, shapes, z = _noises(points, model)
     parts = surface_parts(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
     return parts, z, 0.0, None if table is None else valleys(table, points)
@@ -151,6 +158,9 @@ def widest_noise(points: Floats, model: Model) -> Floats:
 
 
 def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    if (compiled := _COMPILED()) is not None:
+        rows = compiled.noises(points, model)
+        return rows[:3], rows[3], rows[4], rows[5:7], rows[7]
     corners = model.unwarped.cells(points, _SCRATCH)
     w = corners.part(_WARPS).vector()
     count, layers = points.shape[1], model.warped_layers

@@ -116,6 +116,12 @@ falling_slopes = _MADE.python(_FALLING.only("falling_slopes", ["value", "by_sa",
 """(k, the inputs of `surface`) -> the height, its derivatives by what may be steep, and what `surface_parts` gives."""
 
 
+def scalars() -> list[str]:
+    """Python of single numbers, to be compiled: statements, then derivatives."""
+    made = [_MADE[name] for name in ("hypsometry", "limit", "surface_parts", "surface")]
+    return [_MADE.scalar(f) for f in (*made, *(_SLOPES[name] for name in ("hypsometry", "limit", "surface")))]
+
+
 def shader() -> str:
     """GLSL: the statements and their derivatives, after the functions that they call. With TERRAIN_CANONICAL the
     statements in pairs of floats, too, without it their changes."""

@@ -23,6 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from ...engine.surface.noise import Lattice
 from .crater_paths import rest_m
 from .height_added import MOST_ROUGH
@@ -38,6 +39,8 @@ from .rivers.steepness import Steepness, steepness
 __all__ = ["Detail", "Kind", "detail_of", "ground_at", "kinds", "layers_at"]
 
 Floats = NDArray[np.float64]
+
+_COMPILED = Kernels(__package__, "height_kernels")
 
 _NOISE_RMS, _NOISE_SLOPE = 0.27, 0.86
 """Of one octave of gradient noise; its slope by the lattice coordinate."""
@@ -252,8 +255,10 @@ def layers_at(feet: Floats, before: Detail, now: Detail) -> Floats:
     model, first = now.model, before.layers
     at = slice(2 + first - WARPED_LAYERS, None)
     fine = Lattice(model.unwarped.frequency[at], model.unwarped.offset[at])
-    total = np.empty(feet.shape[1])
     share = model.ridge_column[first:]
+    if (compiled := _COMPILED()) is not None:
+        return compiled.layers(feet, fine.frequency, fine.offset, model.amplitude_m[first:], share[:, 0])
+    total = np.empty(feet.shape[1])
     for start in range(0, len(total), BLOCK):
         n = fine.cells(feet[:, start : start + BLOCK]).noise()
         if len(share):
