@@ -65,6 +65,7 @@ SCOPE: dict[str, Any] = {
     "sqrt": sqrt, "clamp": clamp, "at_least": at_least, "at_most": at_most, "absolute": absolute, "sign": sign,
 }  # fmt: skip
 made(SCOPE, TEXTS)
+SCOPE["texts"] = [Path(__file__).read_text(encoding="utf-8"), *TEXTS]
 _ridge, _surface, _surface_parts = SCOPE["ridge"], SCOPE["surface"], SCOPE["surface_parts"]
 _hypsometry_slope = SCOPE["hypsometry_slope"]
 
