@@ -145,14 +145,15 @@ def _heights(points: Any, octaves: Any, warped_layers: int, k: Any, added: Any, 
 
 @_library.kernel
 def _parts(points: Any, octaves: Any, warped_layers: int, k: Any, z: Any, out: Any) -> None:
-    """z (N,), and what `surface_parts` gives (4, N)."""
+    """z (N,), and what `surface_parts` gives (4, N), but how the hypsometry rises by x in place of x."""
     r = np.empty((ROWS, points.shape[1]))
     _noises(points, octaves, warped_layers, r)
     for n in range(len(z)):
         z[n] = r[7, n]
-        out[0, n], out[1, n], out[2, n], out[3, n] = _surface_parts(
+        out[0, n], out[1, n], out[2, n], x = _surface_parts(
             k, r[0, n], r[1, n], r[2, n], r[3, n], r[4, n], r[5, n], r[6, n]
         )
+        out[3, n] = _hypsometry_slope(k, x)
 
 
 @_library.kernel
@@ -201,7 +202,7 @@ def noises(points: Floats, model: Model) -> Floats:
 
 
 def parts(points: Floats, model: Model) -> tuple[Floats, Floats]:
-    """What `surface_parts` gives (4, N), and z (N,), at points (3, N)."""
+    """What `surface_parts` gives (4, N), but `hypsometry_slope` in place of x, and z (N,), at points (3, N)."""
     z, out = np.empty(points.shape[1]), np.empty((4, points.shape[1]))
     _parts(np.ascontiguousarray(points), _octaves(model), model.warped_layers, _tuple(model.constants), z, out)
     return out, z

@@ -111,10 +111,10 @@ def _procedural_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     ranges, continents, craters and map.
     """
     k = model.constants
-    (base, rough, on_land, x), z, furrows, cut = broad_parts(points, model)
+    (base, rough, on_land, by_x), z, furrows, cut = broad_parts(points, model)
     added, rougher = added_heights(points, model)
     rough = rough + rougher
-    slope = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land + model.relief_slope * rough
+    slope = model.broad_slope(by_x) + model.range_slope * on_land + model.relief_slope * rough
     if model.craters:
         slope += model.craters.slope
     if model.params.height_map:
@@ -139,17 +139,19 @@ STEEPEST_BANK = 0.6
 def broad_parts(
     points: Floats, model: Model
 ) -> tuple[tuple[Floats, Floats, Floats, Floats], Floats, Floats | float, Valleys | None]:
-    """What `surface_parts` gives, four of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of
-    rivers."""
+    """Height without the relief, roughness, 0..1 where ranges stand, and metres that heights change by a unit of x, four
+    of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of rivers."""
+    k, table = model.constants, model.params.rivers
     if model.gullied:
-        return eroded_noises(points, model)[:4]
-    table = model.params.rivers
+        (*parts, x), z, furrows, cut, _ = eroded_noises(points, model)
+        return (*parts, hypsometry_slope(k, x)), z, furrows, cut
+    cut = None if table is None else valleys(table, points)
     if (compiled := _COMPILED()) is not None:
         parts, z = compiled.parts(points, model)
-        return tuple(parts), z, 0.0, None if table is None else valleys(table, points)
+        return tuple(parts), z, 0.0, cut
     w1, c, b, shapes, z = _noises(points, model)
-    parts = surface_parts(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
-    return parts, z, 0.0, None if table is None else valleys(table, points)
+    *parts, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    return (*parts, hypsometry_slope(k, x)), z, 0.0, cut
 
 
 def widest_noise(points: Floats, model: Model) -> Floats:

@@ -32,7 +32,7 @@ from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, broad_parts, ridge_layers
 from .height_params import forget_with_tiles
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
-from .height_surface import hypsometry_slope, limit
+from .height_surface import limit
 from .real_heights import below_samples, margin_slopes, unlimited
 from .rivers.steepness import Steepness, steepness
 
@@ -203,11 +203,10 @@ def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Flo
 
 
 def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    model, k = detail.model, detail.model.constants
-    (base, rough, on_land, x), z, furrows, valleys = broad_parts(feet, model)
+    model = detail.model
+    (base, rough, on_land, by_x), z, furrows, valleys = broad_parts(feet, model)
     continents, coasts, hills, ranges = detail.steepness
     kind = np.zeros((kinds(model), len(z)))
-    by_x = hypsometry_slope(k, x)
     kind[Kind.CONTINENTS] = continents * by_x
     kind[Kind.RANGES] = coasts * by_x + hills + ranges * on_land
     found, real = model.params.height_map, model.params.real
