@@ -173,7 +173,7 @@ class Statements:
     @property
     def names(self) -> list[str]:
         """Of functions that are statements, in their order."""
-        return [name for name in self._nodes if name != "shader"]
+        return [name for name, node in self._nodes.items() if node.args.args]
 
     def python(self, f: Function) -> Any:
         """f as a function of k and the inputs: of one result its value, else a tuple."""
