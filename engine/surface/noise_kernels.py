@@ -12,7 +12,7 @@ import numpy as np
 from ..compiled import inlined
 from .noise import GRADIENT_SCALE
 
-__all__ = ["noise", "noise_slope", "vector", "vector_slope"]
+__all__ = ["cell", "noise", "noise_slope", "quintic", "vector", "vector_slope"]
 
 _MUL, _ADD, _SIXTEEN, _EIGHT = np.uint32(1664525), np.uint32(1013904223), np.uint32(16), np.int32(8)
 _word, _whole = np.uint32, np.int32
@@ -40,7 +40,8 @@ def _corner(ax: Any, ay: Any, az: Any) -> tuple[float, float, float]:
 
 
 @inlined
-def _quintic(f: float) -> float:
+def quintic(f: float) -> float:
+    """The weight of the far corner."""
     t = f - 0.5
     square = t * t
     return ((square * 6.0 - 5.0) * square + 1.875) * t + 0.5
@@ -82,7 +83,7 @@ def _between_slopes(a: Any, u: Any, du: Any) -> tuple[float, float, float, float
 
 
 @inlined
-def _cell(p: Any, frequency: float, offset: Any) -> Any:
+def cell(p: Any, frequency: float, offset: Any) -> Any:
     """The fractions (3) at a point (3), and gradients (3) of the eight corners, x first."""
     x, y, z = p[0] * frequency + offset[0], p[1] * frequency + offset[1], p[2] * frequency + offset[2]
     bx, by, bz = np.floor(x), np.floor(y), np.floor(z)
@@ -114,15 +115,15 @@ def _axis(g: Any, axis: int) -> Any:
 @inlined
 def noise(p: Any, frequency: float, offset: Any) -> float:
     """Gradient noise at a point (3): `Corners.noise`."""
-    f, g = _cell(p, frequency, offset)
-    return _between(_dots(f, g), _quintic(f[0]), _quintic(f[1]), _quintic(f[2])) * GRADIENT_SCALE
+    f, g = cell(p, frequency, offset)
+    return _between(_dots(f, g), quintic(f[0]), quintic(f[1]), quintic(f[2])) * GRADIENT_SCALE
 
 
 @inlined
 def vector(p: Any, frequency: float, offset: Any) -> tuple[float, float, float]:
     """Vector value noise (3) at a point (3): `Corners.vector`."""
-    f, g = _cell(p, frequency, offset)
-    u, v, w = _quintic(f[0]), _quintic(f[1]), _quintic(f[2])
+    f, g = cell(p, frequency, offset)
+    u, v, w = quintic(f[0]), quintic(f[1]), quintic(f[2])
     return (
         _between(_axis(g, 0), u, v, w) * GRADIENT_SCALE,
         _between(_axis(g, 1), u, v, w) * GRADIENT_SCALE,
@@ -133,8 +134,8 @@ def vector(p: Any, frequency: float, offset: Any) -> tuple[float, float, float]:
 @inlined
 def noise_slope(p: Any, frequency: float, offset: Any) -> tuple[float, float, float, float]:
     """Gradient noise and its derivatives by the lattice coordinate: `Corners.noise_derivative`."""
-    f, g = _cell(p, frequency, offset)
-    u = (_quintic(f[0]), _quintic(f[1]), _quintic(f[2]))
+    f, g = cell(p, frequency, offset)
+    u = (quintic(f[0]), quintic(f[1]), quintic(f[2]))
     du = (_quintic_slope(f[0]), _quintic_slope(f[1]), _quintic_slope(f[2]))
     value, x, y, z = _between_slopes(_dots(f, g), u, du)
     return (
@@ -149,8 +150,8 @@ def noise_slope(p: Any, frequency: float, offset: Any) -> tuple[float, float, fl
 def vector_slope(p: Any, frequency: float, offset: Any) -> Any:
     """Each component of vector value noise, followed by its derivatives by the lattice coordinate:
     `Corners.vector_derivative`."""
-    f, g = _cell(p, frequency, offset)
-    u = (_quintic(f[0]), _quintic(f[1]), _quintic(f[2]))
+    f, g = cell(p, frequency, offset)
+    u = (quintic(f[0]), quintic(f[1]), quintic(f[2]))
     du = (_quintic_slope(f[0]), _quintic_slope(f[1]), _quintic_slope(f[2]))
     return (
         _scaled(_between_slopes(_axis(g, 0), u, du)),

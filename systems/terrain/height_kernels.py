@@ -72,27 +72,27 @@ _hypsometry_slope = SCOPE["hypsometry_slope"]
 _SOURCES = [Path(file).read_text(encoding="utf-8") for file in (__file__, noise_kernels.__file__)]
 _library = Library("height", [*_SOURCES, *TEXTS])
 
-_CONTINENTS, _BELTS = (tuple(row.tolist()) for row in continent_weights())
+CONTINENT_WEIGHTS, BELT_WEIGHTS = (tuple(row.tolist()) for row in continent_weights())
 ROWS = 8
 """Of what `_noises` gives: w1 (3), c, b, both parts of s, z."""
 
 
 @inlined
-def _row(offset: Any, k: int) -> Any:
+def row(offset: Any, k: int) -> Any:
     return offset[k, 0], offset[k, 1], offset[k, 2]
 
 
 @_library.part
-def _octave(x: Any, y: Any, z: Any, frequency: Any, offset: Any, k: int, out: Any) -> None:
+def octave(x: Any, y: Any, z: Any, frequency: Any, offset: Any, k: int, out: Any) -> None:
     """Gradient noise of octave k at points x, y, z."""
-    f, o = frequency[k], _row(offset, k)
+    f, o = frequency[k], row(offset, k)
     for n in range(len(out)):
         out[n] = noise((x[n], y[n], z[n]), f, o)
 
 
 @_library.part
-def _vectors(x: Any, y: Any, z: Any, frequency: Any, offset: Any, k: int, out: Any) -> None:
-    f, o = frequency[k], _row(offset, k)
+def vectors(x: Any, y: Any, z: Any, frequency: Any, offset: Any, k: int, out: Any) -> None:
+    f, o = frequency[k], row(offset, k)
     for n in range(len(x)):
         out[0, n], out[1, n], out[2, n] = vector((x[n], y[n], z[n]), f, o)
 
@@ -112,21 +112,21 @@ def _noises(points: Any, octaves: Any, warped_layers: int, rows: Any) -> None:
     count, layers = points.shape[1], sums.shape[1]
     near, far, value = np.empty((3, count)), np.empty((3, count)), np.empty(count)
     for k in range(2):
-        _vectors(x, y, z, unwarped, unwarped_offset, k, near if k else rows)
+        vectors(x, y, z, unwarped, unwarped_offset, k, near if k else rows)
     for axis in range(3):
         for n in range(count):
             near[axis, n] = near[axis, n] * warp_m[1] + points[axis, n]
             far[axis, n] = rows[axis, n] * warp_m[0] + near[axis, n]
     rows[3:] = 0.0
     for k in range(FIELDS):
-        _octave(far[0], far[1], far[2], warped, warped_offset, k, value)
-        _add(value, _CONTINENTS[k], rows[3])
-        _add(value, _BELTS[k], rows[4])
+        octave(far[0], far[1], far[2], warped, warped_offset, k, value)
+        _add(value, CONTINENT_WEIGHTS[k], rows[3])
+        _add(value, BELT_WEIGHTS[k], rows[4])
     for k in range(layers):
         if k < warped_layers:
-            _octave(near[0], near[1], near[2], warped, warped_offset, FIELDS + k, value)
+            octave(near[0], near[1], near[2], warped, warped_offset, FIELDS + k, value)
         else:
-            _octave(x, y, z, unwarped, unwarped_offset, 2 + k - warped_layers, value)
+            octave(x, y, z, unwarped, unwarped_offset, 2 + k - warped_layers, value)
         if k < len(ridge):
             share = ridge[k]
             for n in range(count):
@@ -162,7 +162,7 @@ def _layers(points: Any, frequency: Any, offset: Any, amplitude_m: Any, ridge: A
     value = np.empty(len(total))
     total[:] = 0.0
     for k in range(len(frequency)):
-        _octave(x, y, z, frequency, offset, k, value)
+        octave(x, y, z, frequency, offset, k, value)
         if k < len(ridge):
             for n in range(len(total)):
                 value[n] = _ridge(value[n], ridge[k])
@@ -170,18 +170,21 @@ def _layers(points: Any, frequency: Any, offset: Any, amplitude_m: Any, ridge: A
 
 
 @lru_cache(maxsize=16)
-def _tuple(k: TerrainConstants) -> tuple[float, ...]:
+def constants_of(k: TerrainConstants) -> tuple[float, ...]:
+    """The `k` of statements."""
     return astuple(k)
 
 
-def _octaves(model: Model) -> tuple[Floats, ...]:
+def octaves_of(model: Model) -> tuple[Floats, ...]:
+    """Frequencies and offsets of both lattices, and what their noises are multiplied with."""
     return (
         *(model.unwarped.frequency, model.unwarped.offset, model.warped.frequency, model.warped.offset),
         *(model.warp_m, model.sums, model.ridge_column[:, 0]),
     )
 
 
-def _each(values: Floats | float, count: int) -> Floats:
+def each(values: Floats | float, count: int) -> Floats:
+    """(N,) of one number, or of N."""
     return np.full(count, values) if isinstance(values, float) else np.ascontiguousarray(values)
 
 
@@ -189,22 +192,22 @@ def heights(points: Floats, model: Model, added: Floats | float, rougher: Floats
     """Heights (N,) at points (3, N), without rivers and gullies. added, rougher: of craters and maps."""
     count = points.shape[1]
     out = np.empty(count)
-    points, added, rougher = np.ascontiguousarray(points), _each(added, count), _each(rougher, count)
-    _heights(points, _octaves(model), model.warped_layers, _tuple(model.constants), added, rougher, out)
+    points, added, rougher = np.ascontiguousarray(points), each(added, count), each(rougher, count)
+    _heights(points, octaves_of(model), model.warped_layers, constants_of(model.constants), added, rougher, out)
     return out
 
 
 def noises(points: Floats, model: Model) -> Floats:
     """w1 (3), c, b, both parts of s, and z (8, N) at points (3, N)."""
     rows = np.empty((ROWS, points.shape[1]))
-    _noises(np.ascontiguousarray(points), _octaves(model), model.warped_layers, rows)
+    _noises(np.ascontiguousarray(points), octaves_of(model), model.warped_layers, rows)
     return rows
 
 
 def parts(points: Floats, model: Model) -> tuple[Floats, Floats]:
     """What `surface_parts` gives (4, N), but `hypsometry_slope` in place of x, and z (N,), at points (3, N)."""
     z, out = np.empty(points.shape[1]), np.empty((4, points.shape[1]))
-    _parts(np.ascontiguousarray(points), _octaves(model), model.warped_layers, _tuple(model.constants), z, out)
+    _parts(np.ascontiguousarray(points), octaves_of(model), model.warped_layers, constants_of(model.constants), z, out)
     return out, z
 
 

@@ -143,8 +143,7 @@ def broad_parts(
     of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of rivers."""
     k, table = model.constants, model.params.rivers
     if model.gullied:
-        (*parts, x), z, furrows, cut, _ = eroded_noises(points, model)
-        return (*parts, hypsometry_slope(k, x)), z, furrows, cut
+        return eroded_noises(points, model)[:4]
     cut = None if table is None else valleys(table, points)
     if (compiled := _COMPILED()) is not None:
         parts, z = compiled.parts(points, model)
