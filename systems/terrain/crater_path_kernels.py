@@ -75,8 +75,8 @@ def _found(
     ends (S,)."""
     whole, other = np.empty((3, 1024), np.int64), np.empty((COLUMNS, 1024))
     count = 0
-    ages, order = np.empty(27, np.int64), np.empty((7, 27))
-    gaps = np.empty((3, 3))
+    ages, order = np.empty(27, np.int64), np.empty((6, 27))
+    words, apart = np.empty(27, np.uint32), np.empty(27)
     for s in range(len(length_m)):
         mx = 0.5 * (ends_a[0, s] + ends_b[0, s])
         my = 0.5 * (ends_a[1, s] + ends_b[1, s])
@@ -96,40 +96,38 @@ def _found(
             z -= cz
             half = 0.5 + 0.5 * length_m[s] * f
             reach = half * half
-            for axis in range(3):
-                at = x if axis == 0 else y if axis == 1 else z
-                gaps[axis, 0], gaps[axis, 1], gaps[axis, 2] = at * at, 0.0, (1.0 - at) * (1.0 - at)
+            cell_x, cell_y, cell_z = _word(_whole(cx) - 1), _word(_whole(cy) - 1), _word(_whole(cz) - 1)
+            for i in range(27):  # several at once, most of which are too far away
+                jx, jy, jz = i % 3, i // 3 % 3, i // 9
+                word = hashed(_word(cell_x + _word(jx)), _word(cell_y + _word(jy)), _word(cell_z + _word(jz)))
+                px, py, pz = inside(word)
+                wx, wy, wz = x - (jx - 1.0) - px, y - (jy - 1.0) - py, z - (jz - 1.0) - pz
+                words[i] = word
+                apart[i] = wx * wx + wy * wy + wz * wz
             there = 0
-            for jz in range(3):
-                for jy in range(3):
-                    for jx in range(3):
-                        if not gaps[2, jz] + gaps[1, jy] + gaps[0, jx] < reach:
-                            continue
-                        lx, ly, lz = _whole(cx) + jx - 1, _whole(cy) + jy - 1, _whole(cz) + jz - 1
-                        word = hashed(_word(lx), _word(ly), _word(lz))
-                        px, py, pz = inside(word)
-                        wx, wy, wz = x - (jx - 1) - px, y - (jy - 1) - py, z - (jz - 1) - pz
-                        if not wx * wx + wy * wy + wz * wz < reach:
-                            continue
-                        draw, wide, worn = draws(word)
-                        if not draw < accept:
-                            continue
-                        px = (cx + (jx - 1) + px - offset[k, 0]) / f
-                        py = (cy + (jy - 1) + py - offset[k, 1]) / f
-                        pz = (cz + (jz - 1) + pz - offset[k, 2]) / f
-                        away = sqrt(px * px + py * py + pz * pz)
-                        kept, _, room, smaller, fresh = _sizes(
-                            (away - radius_m) * f, away * (1.0 / radius_m), 1.0, wide, worn
-                        )
-                        if not kept > 0.0:
-                            continue
-                        ages[there] = (lx & 1) + 2 * (ly & 1) + 4 * (lz & 1)
-                        onto = radius_m / away
-                        order[0, there], order[1, there], order[2, there] = px * onto, py * onto, pz * onto
-                        order[3, there] = sqrt(smaller / room) * f
-                        order[4, there] = fresh
-                        order[5, there] = kept
-                        there += 1
+            for i in range(27):
+                if not apart[i] < reach:
+                    continue
+                draw, wide, worn = draws(words[i])
+                if not draw < accept:
+                    continue
+                jx, jy, jz = i % 3, i // 3 % 3, i // 9
+                px, py, pz = inside(words[i])
+                px = (cx + (jx - 1.0) + px - offset[k, 0]) / f
+                py = (cy + (jy - 1.0) + py - offset[k, 1]) / f
+                pz = (cz + (jz - 1.0) + pz - offset[k, 2]) / f
+                away = sqrt(px * px + py * py + pz * pz)
+                kept, _, room, smaller, fresh = _sizes((away - radius_m) * f, away * (1.0 / radius_m), 1.0, wide, worn)
+                if not kept > 0.0:
+                    continue
+                odd_x, odd_y, odd_z = cell_x + _word(jx), cell_y + _word(jy), cell_z + _word(jz)
+                ages[there] = (odd_x & 1) + 2 * (odd_y & 1) + 4 * (odd_z & 1)
+                onto = radius_m / away
+                order[0, there], order[1, there], order[2, there] = px * onto, py * onto, pz * onto
+                order[3, there] = sqrt(smaller / room) * f
+                order[4, there] = fresh
+                order[5, there] = kept
+                there += 1
             total_a = total_b = 0.0
             rank = 0
             for age in range(8):
