@@ -72,13 +72,15 @@ def place_barriers(
     passes = _accesses(model, culling, lifetimes, together)
     placed = [0] * len(passes)
     because: dict[int, list[Hazard]] = {}
+    known: set[tuple[int, str]] = set()
     added = any(access.compute for access in passes)
     while added:
         added = False
         for hazard in _walk(passes, placed):
-            known = because.setdefault(hazard.later, [])
-            if all(hazard.resource != other.resource for other in known):
-                known.append(hazard)
+            named = hazard.later, hazard.resource
+            if named not in known:
+                known.add(named)
+                because.setdefault(hazard.later, []).append(hazard)
                 placed[hazard.later] |= hazard.kind  # seen by the walk, which goes on from here
                 added = True
     return Barriers(placed[:-1], placed[-1], because)
@@ -108,7 +110,7 @@ def _accesses(model: GraphModel, culling: Culling, lifetimes: Lifetimes, togethe
             key = lifetimes.key(name, parity)
             number = numbers.setdefault(key, len(numbers))
             known = objects[parity][name] = number, _kind_of_key(model, lifetimes, key), _kind(model, name)
-        return _Touch(name, *known, stores)
+        return _Touch(name, known[0], known[1], known[2], stores)
 
     passes = []
     for i in culling.alive:
