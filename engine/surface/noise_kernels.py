@@ -12,7 +12,7 @@ import numpy as np
 from ..compiled import inlined
 from .noise import GRADIENT_SCALE
 
-__all__ = ["cell", "noise", "noise_slope", "quintic", "vector", "vector_slope"]
+__all__ = ["cell", "noise", "noise_slope", "quintic", "vector"]
 
 _MUL, _ADD, _SIXTEEN, _EIGHT = np.uint32(1664525), np.uint32(1013904223), np.uint32(16), np.int32(8)
 _word, _whole = np.uint32, np.int32
@@ -144,22 +144,3 @@ def noise_slope(p: Any, frequency: float, offset: Any) -> tuple[float, float, fl
         (y + _between(_axis(g, 1), u[0], u[1], u[2])) * GRADIENT_SCALE,
         (z + _between(_axis(g, 2), u[0], u[1], u[2])) * GRADIENT_SCALE,
     )
-
-
-@inlined
-def vector_slope(p: Any, frequency: float, offset: Any) -> Any:
-    """Each component of vector value noise, followed by its derivatives by the lattice coordinate:
-    `Corners.vector_derivative`."""
-    f, g = cell(p, frequency, offset)
-    u = (quintic(f[0]), quintic(f[1]), quintic(f[2]))
-    du = (_quintic_slope(f[0]), _quintic_slope(f[1]), _quintic_slope(f[2]))
-    return (
-        _scaled(_between_slopes(_axis(g, 0), u, du)),
-        _scaled(_between_slopes(_axis(g, 1), u, du)),
-        _scaled(_between_slopes(_axis(g, 2), u, du)),
-    )
-
-
-@inlined
-def _scaled(v: Any) -> Any:
-    return v[0] * GRADIENT_SCALE, v[1] * GRADIENT_SCALE, v[2] * GRADIENT_SCALE, v[3] * GRADIENT_SCALE

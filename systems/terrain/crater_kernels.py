@@ -90,7 +90,9 @@ def _place(point: Any, n: int, frequency: float, offset: Any, k: int) -> Any:
 
 
 @_library.part
-def _octave(points: Any, radius_m: float, frequency: float, offset: Any, shape: Any, k: int, accept: int, out: Any) -> None:
+def _octave(
+    points: Any, radius_m: float, frequency: float, offset: Any, shape: Any, k: int, accept: int, out: Any
+) -> None:
     """Metres that octave k adds at points (3, N)."""
     near = np.empty(points.shape[1], np.uint8)
     for n in range(len(near)):

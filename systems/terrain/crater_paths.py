@@ -234,8 +234,9 @@ class _Cells(NamedTuple):
 def found_along(
     craters: Craters, octaves: Ints, ends: tuple[Floats, Floats], length_m: Floats
 ) -> tuple[CraterPaths, Floats, Floats]:
-    """Craters of `octaves`, which follow one another, along stretches between places `ends` (3, S) on the sphere, `length_m` (S,) long at most;
-    and what they add to the heights at both ends (S,). Cells have to be as wide as the stretches are long."""
+    """Craters of `octaves`, which follow one another, along stretches between places `ends` (3, S) on the sphere,
+    `length_m` (S,) long at most; and what they add to the heights at both ends (S,). Cells have to be as wide as the
+    stretches are long."""
     count, radius = len(length_m), craters.radius_m
     if (compiled := _COMPILED()) is not None and count and len(octaves):
         lists, *sums = compiled.found(craters, int(octaves[0]), int(octaves[-1]) + 1, ends, length_m)

@@ -157,7 +157,11 @@ def _eroded(
                 ahead, aside = q * -inverse, p * inverse
                 along = ahead * fx + aside * sx, ahead * fy + aside * sy, ahead * fz + aside * sz
                 if i < warped_layers:
-                    where, f, o = (near[0, n], near[1, n], near[2, n]), warped[FIELDS + i], row(warped_offset, FIELDS + i)
+                    where, f, o = (
+                        (near[0, n], near[1, n], near[2, n]),
+                        warped[FIELDS + i],
+                        row(warped_offset, FIELDS + i),
+                    )
                 else:
                     plain = 2 + i - warped_layers
                     where, f, o = (x[n], y[n], up[n]), unwarped[plain], row(unwarped_offset, plain)
@@ -176,9 +180,7 @@ def _eroded(
         z[n] = total
 
 
-def eroded(
-    points: Floats, model: Model, added: tuple[Any, Any], cut: Valleys | None
-) -> tuple[Floats, Floats, Floats]:
+def eroded(points: Floats, model: Model, added: tuple[Any, Any], cut: Valleys | None) -> tuple[Floats, Floats, Floats]:
     """What `surface_parts` gives (4, N), but `hypsometry_slope` in place of x; z and what of it is gullies (N,)."""
     count = points.shape[1]
     z, furrows, out = np.empty(count), np.empty(count), np.empty((4, count))

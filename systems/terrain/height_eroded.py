@@ -15,7 +15,14 @@ from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_
 from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import carve_slopes, falling_slopes, hypsometry_slope, side_rough, side_rough_slopes, surface_slopes
+from .height_surface import (
+    carve_slopes,
+    falling_slopes,
+    hypsometry_slope,
+    side_rough,
+    side_rough_slopes,
+    surface_slopes,
+)
 from .rivers.valleys import Valleys, shown_slopes, valleys
 
 __all__ = ["eroded_gradients", "eroded_noises"]

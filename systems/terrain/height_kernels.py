@@ -140,7 +140,9 @@ def _heights(points: Any, octaves: Any, warped_layers: int, k: Any, added: Any, 
     r = np.empty((ROWS, points.shape[1]))
     _noises(points, octaves, warped_layers, r)
     for n in range(len(out)):
-        out[n] = _surface(k, r[0, n], r[1, n], r[2, n], r[3, n], r[4, n], r[5, n], r[6, n], r[7, n], added[n], rougher[n])
+        out[n] = _surface(
+            k, r[0, n], r[1, n], r[2, n], r[3, n], r[4, n], r[5, n], r[6, n], r[7, n], added[n], rougher[n]
+        )
 
 
 @_library.kernel

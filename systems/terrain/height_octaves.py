@@ -139,8 +139,8 @@ STEEPEST_BANK = 0.6
 def broad_parts(
     points: Floats, model: Model
 ) -> tuple[tuple[Floats, Floats, Floats, Floats], Floats, Floats | float, Valleys | None]:
-    """Height without the relief, roughness, 0..1 where ranges stand, and metres that heights change by a unit of x, four
-    of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of rivers."""
+    """Height without the relief, roughness, 0..1 where ranges stand, and metres that heights change by a unit of x,
+    four of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of rivers."""
     k, table = model.constants, model.params.rivers
     if model.gullied:
         return eroded_noises(points, model)[:4]
