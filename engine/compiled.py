@@ -118,6 +118,8 @@ def _writable(part: str, key: str) -> Path | None:
     if not root.strip():
         return None
     folder = Path(root) / "compiled" / part / key
+    if not folder.exists():
+        log.info("loops of %s are compiled once, which takes some seconds; then they are kept in %s", part, folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

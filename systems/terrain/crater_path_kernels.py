@@ -231,7 +231,7 @@ def _alone(shape: Any, whole: Any, other: Any, length_m: float, i: int) -> Any:
     height_a, height_b = other[_HEIGHT_A, i], other[_HEIGHT_B, i]
     if not inner:
         top = rim if high > 1.0 - around else rim + wall * (high - 1.0)
-        highest = max(max(top * relief_m, height_a), height_b)
+        highest = max(top * relief_m, height_a, height_b)
         rise = min(rise, highest - min(height_a, height_b))
     size = max(abs(height_a), abs(height_b)) + 0.5 * steep * d * relief_m
     return rise, low, high, min(size, (wall + rim) * relief_m)

@@ -21,7 +21,7 @@ from ...engine.surface.noise_kernels import noise, vector
 from . import height_steps, height_surface
 from .height_model import FIELDS, Model, TerrainConstants, continent_weights
 
-__all__ = ["heights", "layers", "noises", "parts"]
+__all__ = ["heights", "layers", "parts"]
 
 Floats = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ def _add(values: Any, weight: float, total: Any) -> None:
             total[n] += values[n] * weight
 
 
-@_library.kernel
+@_library.part
 def _noises(points: Any, octaves: Any, warped_layers: int, rows: Any) -> None:
     """Rows (8, N) at points (3, N)."""
     unwarped, unwarped_offset, warped, warped_offset, warp_m, sums, ridge = octaves
@@ -197,13 +197,6 @@ def heights(points: Floats, model: Model, added: Floats | float, rougher: Floats
     points, added, rougher = np.ascontiguousarray(points), each(added, count), each(rougher, count)
     _heights(points, octaves_of(model), model.warped_layers, constants_of(model.constants), added, rougher, out)
     return out
-
-
-def noises(points: Floats, model: Model) -> Floats:
-    """w1 (3), c, b, both parts of s, and z (8, N) at points (3, N)."""
-    rows = np.empty((ROWS, points.shape[1]))
-    _noises(np.ascontiguousarray(points), octaves_of(model), model.warped_layers, rows)
-    return rows
 
 
 def parts(points: Floats, model: Model) -> tuple[Floats, Floats]:

@@ -159,9 +159,6 @@ def widest_noise(points: Floats, model: Model) -> Floats:
 
 
 def _noises(points: Floats, model: Model) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    if (compiled := _COMPILED()) is not None:
-        rows = compiled.noises(points, model)
-        return rows[:3], rows[3], rows[4], rows[5:7], rows[7]
     corners = model.unwarped.cells(points, _SCRATCH)
     w = corners.part(_WARPS).vector()
     count, layers = points.shape[1], model.warped_layers

@@ -21,6 +21,7 @@ from __future__ import annotations
 import ast
 import copy
 import linecache
+import pickle
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -219,7 +220,7 @@ class _Scalar(ast.NodeTransformer):
         self._places = {field.name: i for i, field in enumerate(fields(kind))} if kind else {}
 
     def of(self, node: ast.expr) -> str:
-        return ast.unparse(self.visit(copy.deepcopy(node)))
+        return ast.unparse(self.visit(pickle.loads(pickle.dumps(node))))  # a third of copy.deepcopy's time
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         return ast.Subscript(node.value, ast.Constant(self._places[node.attr]))
