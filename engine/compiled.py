@@ -19,7 +19,7 @@ from typing import Any
 
 import platformdirs
 
-__all__ = ["Kernels", "Library", "inlined", "switched"]
+__all__ = ["Kernels", "Library", "inlined", "switched", "wanted"]
 
 log = logging.getLogger(__name__)
 
@@ -32,17 +32,21 @@ _KEPT = 4
 _state: dict[str, bool] = {}
 
 
-def _wanted() -> bool:
-    """Whether loops are to be compiled: asked of the environment once."""
+def wanted() -> bool:
+    """Whether the environment leaves loops to the compiler."""
+    return os.environ.get(OFF, "").strip() != "0"
+
+
+def _on() -> bool:
     if "on" not in _state:
-        _state["on"] = os.environ.get(OFF, "").strip() != "0"
+        _state["on"] = wanted()
     return _state["on"]
 
 
 @contextmanager
 def switched(on: bool) -> Iterator[None]:
     """Compiled loops on or off meanwhile, for comparisons."""
-    before = _wanted()
+    before = _on()
     _state["on"] = on
     try:
         yield
@@ -60,7 +64,7 @@ class Kernels:
 
     def __call__(self) -> Any:
         """The module, or None: nothing is to be compiled, or nothing can be."""
-        if not _wanted():
+        if not _on():
             return None
         if not self._tried:
             self._tried = True

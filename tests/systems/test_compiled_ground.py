@@ -181,9 +181,10 @@ def test_nothing_is_compiled_where_it_is_switched_off_or_cannot_be(monkeypatch):
         assert Kernels(package, "height_kernels")().heights
         monkeypatch.setattr(compiled, "import_module", refused)
         assert Kernels(package, "height_kernels")() is None
+    monkeypatch.delenv(compiled.OFF, raising=False)
+    assert compiled.wanted()
     monkeypatch.setenv(compiled.OFF, "0")
-    monkeypatch.setattr(compiled, "_state", {})
-    assert Kernels(package, "height_kernels")() is None
+    assert not compiled.wanted()
 
 
 def refused(name: str):
