@@ -57,7 +57,7 @@ def switched(on: bool) -> Iterator[None]:
 class Kernels:
     """A module of compiled loops, `name` in `package`, imported when it is first asked for."""
 
-    def __init__(self, package: str, name: str) -> None:
+    def __init__(self, package: str | None, name: str) -> None:
         self._module = f"{package}.{name}"
         self._found: Any = None
         self._tried = False
@@ -103,10 +103,9 @@ class Library:
 
     def kernel(self, function: Callable[..., Any]) -> Any:
         """The function, compiled when it is first called, or taken from the cache."""
-        import numba
-
         if self._folder is None:
-            return numba.njit(nogil=True, error_model="numpy")(function)
+            return self.part(function)
+        numba: Any = import_module("numba")
         before = numba.config.CACHE_DIR  # read by the decorator, once
         numba.config.CACHE_DIR = str(self._folder)
         try:

@@ -59,7 +59,7 @@ def inside(word: Any) -> tuple[float, float, float]:
 
 
 @inlined
-def draws(word: Any) -> tuple[int, float, float]:
+def draws(word: Any) -> Any:
     """The draw that `accept` is for, and two numbers in [0, 1) for width and wear."""
     word = mixed(_word(word ^ _OTHER))
     wide, worn = _whole(word & _TWELVE), _whole(word >> _BITS_12 & _TWELVE)
