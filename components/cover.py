@@ -50,10 +50,10 @@ class Cover:
     grass_m: float = knob(0.3, 0.05, 2.0, "m", "Height of the highest grass", log=True)
     flowers: float = knob(0.25, 0.0, 1.0, "", "How many flowers stand in grass; 0: none")
     broadleaf_albedo: Vec3 = knob(
-        (0.052, 0.090, 0.025), 0.0, 1.0, "", "Colour of the leaves of broadleaf trees", group="colours", widget="color"
+        (0.078, 0.138, 0.040), 0.0, 1.0, "", "Colour of the leaves of broadleaf trees", group="colours", widget="color"
     )
     conifer_albedo: Vec3 = knob(
-        (0.031, 0.057, 0.024), 0.0, 1.0, "", "The same of conifers' needles", group="colours", widget="color"
+        (0.05, 0.091, 0.038), 0.0, 1.0, "", "The same of conifers' needles", group="colours", widget="color"
     )
     bark_albedo: Vec3 = knob((0.10, 0.075, 0.055), 0.0, 1.0, "", "Colour of trunks", group="colours", widget="color")
     felled: tuple[tuple[int, int, int, int, int], ...] = knob(
