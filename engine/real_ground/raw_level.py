@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .lattice import Lattice
 
-__all__ = ["BLOCK", "RawLevel", "coarser_block", "factor_of"]
+__all__ = ["BLOCK", "RawLevel", "coarser_block", "factor_of", "means_of"]
 
 Heights = NDArray[np.float32]
 
@@ -132,7 +132,11 @@ class RawLevel:
 def coarser_block(raw: RawLevel, factor: int, j: int, i: int) -> Heights:
     """Block (j, i) of the level of means of factor x factor samples, of those that there are."""
     side = BLOCK * factor
-    fine = raw.plain(j * side, i * side, side)
+    return means_of(raw.plain(j * side, i * side, side), factor)
+
+
+def means_of(fine: Heights, factor: int) -> Heights:
+    """Means of factor x factor samples, of those that there are."""
     there = ~np.isnan(fine)
     counts = there.reshape(BLOCK, factor, BLOCK, factor).sum(axis=(1, 3))
     sums = np.where(there, fine, 0.0).reshape(BLOCK, factor, BLOCK, factor).sum(axis=(1, 3), dtype=np.float64)
