@@ -133,6 +133,13 @@ class PageLevel:
         pages[of.ravel(), inside[:, 0], inside[:, 1]] = np.arange(len(self.where))
         return int(first[0]), int(first[1]), blocks, pages
 
+    def table_place(self, number: int) -> int:
+        """Where a page's number is among the pages of `table`, block by block."""
+        first_row, first_column, blocks, _ = self.table
+        row, column = (int(v) for v in self.where[number])
+        block = int(blocks[row // TABLE - first_row, column // TABLE - first_column])
+        return (block * TABLE + row % TABLE) * TABLE + column % TABLE
+
     def slopes(self, radius_m: float) -> Floats:
         """Largest slopes (P, SLOT / STEEP_SIDE, SLOT / STEEP_SIDE) of squares of samples, one around each included."""
         known = self._slopes.get(radius_m)
@@ -144,6 +151,15 @@ class PageLevel:
     def _slopes(self) -> dict[float, Floats]:
         return {}
 
+    def numbers(self, row: Ints, column: Ints) -> Ints:
+        """Of pages at rows and columns of pages (N,), which are within the world; -1: there is none."""
+        first_row, first_column, blocks, pages = self.table
+        block_y, block_x = row // TABLE - first_row, column // TABLE - first_column
+        inside = (block_y >= 0) & (block_x >= 0) & (block_y < blocks.shape[0]) & (block_x < blocks.shape[1])
+        block = np.where(inside, blocks[np.where(inside, block_y, 0), np.where(inside, block_x, 0)], -1)
+        found: Ints = np.where(block >= 0, pages[block, row % TABLE, column % TABLE], -1)
+        return found
+
     def find(self, u: Floats, v: Floats) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Of places of the world (N,): the page (-1: none), the sample in its slot (row, column) that is north-west of
         it, and fractions east and south of that."""
@@ -154,11 +170,7 @@ class PageLevel:
         page_y: Ints = np.maximum(np.floor(y / PAGE).astype(np.int64), 0)
         i: Ints = np.floor(x).astype(np.int64)
         j: Ints = np.floor(y).astype(np.int64)
-        first_row, first_column, blocks, pages = self.table
-        block_y, block_x = page_y // TABLE - first_row, page_x // TABLE - first_column
-        inside = (block_y >= 0) & (block_x >= 0) & (block_y < blocks.shape[0]) & (block_x < blocks.shape[1])
-        block = np.where(inside, blocks[np.where(inside, block_y, 0), np.where(inside, block_x, 0)], -1)
-        page: Ints = np.where(block >= 0, pages[block, page_y % TABLE, page_x % TABLE], -1)
+        page = self.numbers(page_y, page_x)
         return page, j - page_y * PAGE + BEFORE, i - page_x * PAGE + BEFORE, x - i, y - j
 
 
