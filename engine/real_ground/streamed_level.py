@@ -148,9 +148,9 @@ class StreamedLevel(PageLevel):
             self._take(number, found)
         return found
 
-    def empty(self, number: int) -> bool:
-        """Whether a page is known to have nothing."""
-        return bool(self._kind[number] == _EMPTY)
+    def empty(self, numbers: Ints) -> NDArray[np.bool_]:
+        """Which of pages (N,) are known to have nothing."""
+        return self._kind[numbers] == _EMPTY
 
     def _read(self, number: int, ahead: bool) -> MadePage | None:
         j, i = (int(v) for v in self.where[number])

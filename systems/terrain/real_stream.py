@@ -10,7 +10,6 @@ whatever was looked at before.
 
 from __future__ import annotations
 
-import logging
 import os
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
@@ -29,8 +28,6 @@ from .real_wanted import Eye, PageReach
 
 __all__ = ["RealStream"]
 
-log = logging.getLogger(__name__)
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Key = tuple[int, int]
@@ -42,45 +39,74 @@ _UNDER_WAY = 8
 _FADE_S = 0.5
 _MOST_WAIT_S = 2.0
 """So long vertices wait for pages that still fade in."""
+_PLAN_S, _MOVED, _TURNED = 0.5, 0.02, np.cos(0.05)
+"""What views need is looked for so often at least, and once they have moved by that share of a page or of their height,
+or turned by 0.05 rad."""
 
 
-class _Asked:
-    """What a view asked for last. wanted: keys, the most urgent first; stamp: see RealStream.stamp."""
+class _Wants:
+    """What a view asked for last. planned: the eye that `px`, `level` and `page` (N,), how wide the samples of which
+    pages are, were found for; now: that of its last frame; stamp: see RealStream.stamp."""
 
     def __init__(self) -> None:
-        self.eye: Eye | None = None
-        self.spacing_rad = 0.0
-        self.wanted: list[tuple[float, Key]] = []
+        self.planned: Eye | None = None
+        self.now: Eye | None = None
+        self.spacing_rad = self.since_s = 0.0
+        self.px = np.zeros(0)
+        self.level = self.page = np.zeros(0, np.int64)
         self.stamp = 0
         self.due = False  # what its vertices show has changed
 
+    def plans(self, eye: Eye, page_m: float, dt_s: float, at_once: bool) -> bool:
+        """Whether to look anew: where the eye has moved far enough, or stands still."""
+        before, last, self.now = self.planned, self.now, eye
+        self.since_s += dt_s
+        if before is None or last is None:
+            return True
+        if before.key == eye.key:
+            return False
+        moved_m = float(np.linalg.norm(eye.position_m - before.position_m))
+        return (
+            at_once
+            or last.key == eye.key
+            or self.since_s > _PLAN_S
+            or moved_m > _MOVED * max(page_m, eye.above_m)
+            or float(eye.forward @ before.forward) < _TURNED
+            or eye.pixel_rad != before.pixel_rad
+        )
+
 
 class _Pages:
-    """Of one level: how much pages (P,) weigh, what they shall, and their slots (P, 2), -1: none."""
+    """Of one level: how much pages (P,) weigh, what they shall, whether they are wanted and since which frame no more,
+    and their slots (P, 2), -1: none."""
 
     def __init__(self, reach: PageReach) -> None:
         level, count = reach.level, len(reach.level.where)
         self.level, self.reach = level, reach
         self.weight = np.zeros(count, np.float32)
         self.target = np.zeros(count, np.float32)
+        self.wanted = np.zeros(count, np.bool_)
+        self.last = np.zeros(count, np.int64)
         self.slots = np.full((count, 2), -1, np.int64)
         self._columns = -(-level.lattice.period // PAGE)
 
-    def around(self, pages: Ints) -> Ints:
-        """(N, 3, 3) numbers of the pages around, -1: none."""
-        where = self.level.where[pages]
-        step = np.arange(-1, 2)
-        row = where[:, 0, None, None] + step[:, None]
-        column = where[:, 1, None, None] + step[None, :]
-        if self._columns:
-            column = column % self._columns
-        row, column = np.broadcast_arrays(row, column)
-        inside = row >= 0
-        return np.where(inside, self.level.numbers(np.maximum(row, 0), column), -1)
+    @property
+    def there(self) -> Ints:
+        """Pages that have slots."""
+        return np.flatnonzero(self.slots[:, 0] >= 0)
+
+    @property
+    def moving(self) -> Ints:
+        """Pages that fade."""
+        return np.flatnonzero(self.weight != self.target)
 
     def corners(self, pages: Ints) -> NDArray[np.float32]:
-        """(N, 4): north-west, north-east, south-west, south-east."""
-        around = self.around(pages)
+        """(N, 4): what pages weigh north-west, north-east, south-west, south-east: the least of those around; where
+        there are none, nothing is missing."""
+        where, step = self.level.where[pages], np.arange(-1, 2)
+        row, column = where[:, 0, None, None] + step[:, None], where[:, 1, None, None] + step
+        row, column = np.broadcast_arrays(row, column % self._columns if self._columns else column)
+        around = np.where(row >= 0, self.level.numbers(np.maximum(row, 0), column), -1)
         weight = np.where(around >= 0, self.weight[np.maximum(around, 0)], np.float32(1.0))
         both = np.minimum(weight[:, :, :2], weight[:, :, 1:])
         return np.minimum(both[:, :2], both[:, 1:]).reshape(-1, 4).astype(np.float32)
@@ -90,7 +116,7 @@ class RealStream:
     """One planet's. radius_m: of the planet."""
 
     def __init__(self, gpu: GpuScope, ground: StreamedGround, radius_m: float) -> None:
-        self.ground, self._radius_m, self._unit_m = ground, radius_m, fixed_unit_m(radius_m)
+        self._radius_m, self._unit_m = radius_m, fixed_unit_m(radius_m)
         self._layout = real_layout(ground)
         words = real_texels(ground, self._unit_m, radius_m)
         self.texture: Any = gpu.texture(words.shape[::-1], "r32ui", words)
@@ -98,19 +124,16 @@ class RealStream:
         for number, (level, factor) in enumerate(zip(ground.levels, ground.factors, strict=True)):
             if isinstance(level, StreamedLevel):
                 self._levels[number] = _Pages(PageReach(level, number, factor, radius_m, ground.highest_m))
+        self._page_m = PAGE * min(pages.reach.sample_m for pages in self._levels.values())
         self._free = list(range(self._layout.pool - 1, -1, -1))
         self._corners = np.zeros((self._layout.pool, 4), np.float32)
-        self._there: dict[Key, int] = {}
-        """Pages that have slots, and in which frame each was last wanted."""
-        self._moving: set[Key] = set()
         self._under_way: dict[Key, Future[MadePage | None]] = {}
-        self._asked: WeakKeyDictionary[View, _Asked] = WeakKeyDictionary()
+        self._wants: WeakKeyDictionary[View, _Wants] = WeakKeyDictionary()
         self._queue: list[Key] = []
-        self._chosen: dict[Key, None] = {}
-        self._late: list[Key] = []
-        """Pages that came when there was no room yet."""
-        self._since_s = 0.0
+        """Pages that are wanted and not there, the most urgent last."""
         self._frame = 0
+        self._fading = False
+        self._since_s = 0.0
         self._workers = ThreadPoolExecutor(max(min((os.cpu_count() or 2) - 1, 4), 1), "terrain-pages")
         self.taken = 0
         """Pages taken in so far."""
@@ -123,208 +146,200 @@ class RealStream:
 
     def update(self, view: View, eye: Eye, spacing_rad: float, dt_s: float, at_once: bool) -> None:
         """Before anything of a frame reads heights. spacing_rad: between vertices, as the eye sees them, at least;
-        at_once: the picture shows all that it needs."""
+        at_once: the picture shows all that it needs, and nothing else."""
         self._frame += 1
-        asked = self._asked.setdefault(view, _Asked())
-        if asked.eye is None or asked.eye.key != eye.key:
-            asked.wanted = self._wanted(eye)
-            asked.eye, asked.spacing_rad = eye, spacing_rad
+        wants = self._wants.get(view)
+        if wants is None:
+            wants = self._wants[view] = _Wants()
+        wants.spacing_rad = spacing_rad
+        if wants.plans(eye, self._page_m, dt_s, at_once):
+            self._plan(wants, eye)
             self._choose()
         if at_once:
             self._load_all()
-        elif self._queue or self._under_way or self._late:
+        elif self._queue or self._under_way:
             self._load_some()
-        self._fade(1.0 if at_once else dt_s / _FADE_S)
+        if self._fading:
+            self._fade(1.0 if at_once else dt_s / _FADE_S)
         self._since_s += dt_s
-        if at_once or not self._moving or self._since_s > _MOST_WAIT_S:
+        if at_once or not self._fading or self._since_s > _MOST_WAIT_S:
             self._since_s = 0.0
-            for each in self._asked.values():
+            for each in self._wants.values():
                 each.stamp, each.due = each.stamp + each.due, False
 
     def stamp(self, view: View) -> int:
         """Differs when vertices that were made before would show what they lack."""
-        asked = self._asked.get(view)
-        return 0 if asked is None else asked.stamp
+        wants = self._wants.get(view)
+        return 0 if wants is None else wants.stamp
 
     def settled(self, view: View) -> bool:
         """Whether all that a view needs is there, and nothing fades."""
-        asked = self._asked.get(view)
-        return asked is None or not (self._queue or self._under_way or self._late or self._moving or asked.due)
+        wants = self._wants.get(view)
+        if wants is None or wants.now is None or wants.planned is None:
+            return True
+        done = wants.now.key == wants.planned.key and not wants.due
+        return done and not (self._queue or self._under_way or self._fading)
 
-    def progress(self, view: View) -> float:
+    def progress(self) -> float:
         """How much of what views need is there, 0..1."""
         left = len(self._queue) + len(self._under_way)
-        return len(self._there) / max(len(self._there) + left, 1)
+        there = self._layout.pool - len(self._free)
+        return there / max(there + left, 1)
 
-    def _wanted(self, eye: Eye) -> list[tuple[float, Key]]:
-        found: list[tuple[float, Key]] = []
-        for number, pages in self._levels.items():
-            wanted = pages.reach.wanted(eye)
-            entries = zip(wanted.sample_px.tolist(), wanted.pages.tolist(), strict=True)
-            found += [(-px, (number, page)) for px, page in entries]
-        found.sort()
-        return found
+    def _plan(self, wants: _Wants, eye: Eye) -> None:
+        found = [pages.reach.wanted(eye) for pages in self._levels.values()]
+        wants.planned, wants.since_s = eye, 0.0
+        wants.px = np.concatenate([each.sample_px for each in found])
+        wants.level = np.concatenate([np.full(len(each.pages), each.level) for each in found])
+        wants.page = np.concatenate([each.pages for each in found])
 
     def _choose(self) -> None:
-        """Of what views want as much as there is room for: pages get their targets, and the queue those that are not
-        there."""
-        wanted = [entry for asked in self._asked.values() for entry in asked.wanted]
-        if len(self._asked) > 1:
-            wanted.sort()
-        chosen: dict[Key, None] = {}
-        left = self._layout.pool
-        for _, key in wanted:
-            if key in chosen:
-                continue
-            level = self._levels[key[0]].level
-            left -= 2 if level.maybe_weighed[key[1]] else 1
-            if left < 0:
-                break
-            chosen[key] = None
-        for key in self._there:
-            if key in chosen:
-                self._there[key] = self._frame
-            target = 1.0 if key in chosen else 0.0
-            pages = self._levels[key[0]]
-            if pages.target[key[1]] != target:
-                pages.target[key[1]] = target
-                self._moving.add(key)
-        self._queue = [
-            key for key in chosen
-            if key not in self._there and key not in self._under_way and not self._known_empty(key)
-        ]  # fmt: skip
-        self._queue.reverse()  # taken from its end
-        self._late = []
-        self._chosen = chosen
-        for key in [key for key in self._under_way if key not in chosen]:
+        """Of what views want as much as there is room for: those with the widest samples."""
+        px, level, page = (
+            np.concatenate([getattr(wants, name) for wants in self._wants.values()]) for name in ("px", "level", "page")
+        )
+        order = np.lexsort((page, level, -px))
+        level, page = level[order], page[order]
+        _, first = np.unique(level << 40 | page, return_index=True)  # each once
+        first.sort()
+        level, page = level[first], page[first]
+        cost = np.ones(len(page), np.int64)
+        for number, pages in self._levels.items():
+            at = level == number
+            cost[at] += pages.level.maybe_weighed[page[at]]
+        room = np.cumsum(cost) <= self._layout.pool
+        level, page = level[room], page[room]
+        missing = np.zeros(len(page), np.bool_)
+        for number, pages in self._levels.items():
+            at = np.flatnonzero(level == number)
+            mine = page[at]
+            pages.wanted[:] = False
+            pages.wanted[mine] = True
+            pages.last[mine] = self._frame
+            there = pages.there
+            pages.target[there] = pages.wanted[there]
+            missing[at] = (pages.slots[mine, 0] < 0) & ~self._settle_empty(pages, mine)
+        self._fading = self._fading or any(len(pages.moving) for pages in self._levels.values())
+        queue = list(zip(level[missing].tolist(), page[missing].tolist(), strict=True))
+        self._queue = [key for key in reversed(queue) if key not in self._under_way]
+        for key in [key for key in self._under_way if not self._levels[key[0]].wanted[key[1]]]:
             if self._under_way[key].cancel():
                 del self._under_way[key]
 
-    def _known_empty(self, key: Key) -> bool:
-        pages = self._levels[key[0]]
-        if not pages.level.empty(key[1]):
-            return False
-        if pages.target[key[1]] == 0.0:  # nothing is missing there
-            pages.target[key[1]] = 1.0
-            self._moving.add(key)
-        return True
+    def _settle_empty(self, number: _Pages, pages: Ints) -> NDArray[np.bool_]:
+        """Which of pages (N,) are known to have nothing: nothing is missing there."""
+        empty = number.level.empty(pages)
+        number.target[pages[empty]] = 1.0
+        return empty
+
+    # -- pages ---------------------------------------------------------------------------------------------------------
 
     def _load_some(self) -> None:
-        taken, late = 0, self._late
-        self._late = []
-        self._queue += [key for key in late if key in self._chosen and key not in self._there]
+        taken = 0
         for key in list(self._under_way):
             if taken == PAGES_A_FRAME:
                 break
             if self._under_way[key].done():
-                taken += self._take(key, self._under_way.pop(key).result())
+                page = self._under_way[key].result()
+                slots = self._slots_for(page)
+                if slots is None:  # others fade out first
+                    break
+                del self._under_way[key]
+                taken += self._take(key, page, slots)
         while self._queue and len(self._under_way) < _UNDER_WAY:
             self._begin(self._queue.pop())
 
     def _load_all(self) -> None:
-        self._fade(1.0)  # what is not wanted makes room
+        if self._fading:
+            self._fade(1.0)  # what is not wanted makes room
         while self._queue or self._under_way:
             while self._queue and len(self._under_way) < 8 * _UNDER_WAY:
                 self._begin(self._queue.pop())
             key = next(iter(self._under_way))
-            self._take(key, self._under_way.pop(key).result())
+            page = self._under_way.pop(key).result()
+            self._take(key, page, self._slots_for(page))
 
     def _begin(self, key: Key) -> None:
         level = self._levels[key[0]].level
         self._under_way[key] = self._workers.submit(level.page, key[1], True)
 
-    def _take(self, key: Key, found: MadePage | None) -> bool:
-        """Whether a page was written to the texture."""
+    def _take(self, key: Key, found: MadePage | None, slots: list[int] | None) -> bool:
+        """Write a page to the texture, if anybody wants it still; whether it was."""
         pages, number = self._levels[key[0]], key[1]
         if found is None:
-            self._known_empty(key)
+            self._settle_empty(pages, np.array([number]))
+            self._fading = True
             return False
-        if key not in self._chosen:
-            return False
-        slots = self._slots(1 if found.weights is None else 2)
-        if not slots:
-            self._late.append(key)  # others fade out first
+        if slots is None or not pages.wanted[number] or pages.slots[number, 0] >= 0:
+            self._free += slots or []
             return False
         pages.slots[number, : len(slots)] = slots
         pages.weight[number], pages.target[number] = 0.0, 1.0
-        first = self._layout.first_slot
+        self._fading = True
+        first, layout = self._layout.first_slot, self._layout
         for slot, values in zip(slots, (found.heights, found.weights), strict=False):
             if values is not None:
-                self._write(np.ascontiguousarray(values).view(np.uint32), *self._layout.slot(first + slot), SLOT, SLOT)
+                self._write(values, *layout.slot(first + slot), SLOT, SLOT)
         both = first + slots[0], first + slots[1] if len(slots) > 1 else -1
         record = pool_record(pages.level, number, found.roughness, both, self._unit_m, self._radius_m)
-        self._write(record, *self._layout.place(self._record_word(key[0], slots[0])), POOL_RECORD, 1)
-        self._tell(key, slots[0])
-        self._there[key] = self._frame
-        self._moving.add(key)
+        self._write(record, *layout.place(int(layout.words[key[0], 2]) + POOL_RECORD * slots[0]), POOL_RECORD, 1)
+        self._tell(key[0], number, slots[0])
         self.taken += 1
         return True
 
-    def _record_word(self, number: int, slot: int) -> int:
-        return int(self._layout.words[number, 2]) + POOL_RECORD * slot
-
-    def _tell(self, key: Key, record: int) -> None:
+    def _tell(self, level: int, page: int, record: int) -> None:
         """The table says which record a page has; -1: none."""
-        level = self._levels[key[0]].level
-        word = int(self._layout.words[key[0], 1]) + level.table_place(key[1])
+        word = int(self._layout.words[level, 1]) + self._levels[level].level.table_place(page)
         self._write(np.array([record], np.int32), *self._layout.place(word), 1, 1)
 
     def _write(self, values: NDArray[Any], x: int, y: int, width: int, height: int) -> None:
         self.texture.write(np.ascontiguousarray(values).tobytes(), viewport=(x, y, width, height))
 
-    def _slots(self, count: int) -> list[int]:
-        """Free slots, of pages that have faded out if need be; nothing where there are none."""
+    def _slots_for(self, page: MadePage | None) -> list[int] | None:
+        """Free slots for a page, of pages that have faded out if need be; None where there are none."""
+        count = 0 if page is None else 1 if page.weights is None else 2
         if len(self._free) < count:
-            gone = sorted(
-                (frame, key) for key, frame in self._there.items()
-                if self._levels[key[0]].weight[key[1]] == 0.0 and self._levels[key[0]].target[key[1]] == 0.0
-            )  # fmt: skip
-            for _, key in gone[: max(count, self._layout.pool // 16)]:
-                self._drop(key)
-        if len(self._free) < count:
-            return []
-        return [self._free.pop() for _ in range(count)]
+            gone = [
+                (int(pages.last[page]), level, page)
+                for level, pages in self._levels.items()
+                for page in np.flatnonzero(
+                    (pages.slots[:, 0] >= 0) & (pages.weight == 0.0) & (pages.target == 0.0)
+                ).tolist()
+            ]
+            for _, level, each in sorted(gone)[: max(count, self._layout.pool // 16)]:
+                self._drop(level, each)
+        return None if len(self._free) < count else [self._free.pop() for _ in range(count)]
 
-    def _drop(self, key: Key) -> None:
-        pages, number = self._levels[key[0]], key[1]
-        self._free += [slot for slot in pages.slots[number].tolist() if slot >= 0]
-        pages.slots[number] = -1
-        del self._there[key]
-        self._moving.discard(key)
-        self._tell(key, -1)
+    def _drop(self, level: int, page: int) -> None:
+        pages = self._levels[level]
+        self._free += [slot for slot in pages.slots[page].tolist() if slot >= 0]
+        pages.slots[page] = -1
+        self._tell(level, page, -1)
 
     # -- weights -------------------------------------------------------------------------------------------------------
 
     def _fade(self, step: float) -> None:
-        if not self._moving:
-            return
-        done: list[Key] = []
-        for key in self._moving:
-            pages, number = self._levels[key[0]], key[1]
-            now, target = float(pages.weight[number]), float(pages.target[number])
-            now = min(now + step, target) if now < target else max(now - step, target)
-            pages.weight[number] = now
-            if now == target:
-                done.append(key)
-        self._write_corners()
-        self._moving.difference_update(done)
-        for asked in self._asked.values():
-            if asked.eye is None or asked.due:
+        self._fading = False
+        for pages in self._levels.values():
+            at = pages.moving
+            if not len(at):
                 continue
-            for number, pages in self._levels.items():
-                changed = np.array([page for level, page in done if level == number], np.int64)
-                if len(changed) and pages.reach.shows(changed, asked.eye, asked.spacing_rad).any():
-                    asked.due = True
+            pages.weight[at] += np.clip(pages.target[at] - pages.weight[at], -step, step).astype(np.float32)
+            done = at[np.abs(pages.weight[at] - pages.target[at]) < 1e-6]
+            pages.weight[done] = pages.target[done]
+            self._fading = self._fading or len(done) < len(at)
+            for wants in self._wants.values():
+                if len(done) and not wants.due and wants.planned is not None:
+                    wants.due = bool(pages.reach.shows(done, wants.planned, wants.spacing_rad).any())
+        self._write_corners()
 
     def _write_corners(self) -> None:
-        for number, pages in self._levels.items():
-            there = np.array([page for level, page in self._there if level == number], np.int64)
+        for pages in self._levels.values():
+            there = pages.there
             if len(there):
                 self._corners[pages.slots[there, 0]] = pages.corners(there)
         width = 1 << self._layout.width_bits
         rows = -(-self._corners.size // width)
-        words = np.zeros(rows * width, np.uint32)
-        words[: self._corners.size] = self._corners.view(np.uint32).ravel()
-        rows = min(rows, self.texture.size[1] - (self._layout.first_fade >> self._layout.width_bits))
-        x, y = self._layout.place(self._layout.first_fade)
-        self._write(words[: rows * width], x, y, width, rows)
+        words = np.zeros(rows * width, np.float32)
+        words[: self._corners.size] = self._corners.ravel()
+        self._write(words, *self._layout.place(self._layout.first_fade), width, rows)

@@ -535,14 +535,14 @@ class TerrainSystem(System):
         if self._solving():
             return 0.5 * source.progress(_WAIT_S)
         streams = self._maps.stream
-        return self.backend.progress(view) * (1.0 if streams is None else streams.progress(view))
+        return self.backend.progress(view) * (1.0 if streams is None else streams.progress())
 
     def refining(self, view: View) -> str:
         if self._solving():
             return "rivers"
         streams = self._maps.stream
         if streams is not None and not streams.settled(view):
-            return f"real ground {100.0 * streams.progress(view):.0f} %"
+            return f"real ground {100.0 * streams.progress():.0f} %"
         return "" if self.backend.settled(view) else f"ground {100.0 * self.backend.progress(view):.0f} %"
 
     def statistics(self) -> dict[str, int]:
