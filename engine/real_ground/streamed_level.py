@@ -7,8 +7,8 @@ was asked before.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from threading import RLock
+from dataclasses import dataclass, field
+from threading import Lock, RLock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SLOT_BYTES = 4 * (SLOT * SLOT + ROUGH * ROUGH + STEEP_BLOCKS * STEEP_BLOCKS)
-_FEWEST = 32
+_FEWEST = 16
 _UNKNOWN, _EMPTY, _PLAIN, _WEIGHED = -1, 0, 1, 2
 
 
@@ -37,6 +37,7 @@ class PageSource:
     coarser: Coarser | None
     files: PageFiles
     whole: Callable[[], bool]
+    _making: tuple[Lock, ...] = field(default_factory=lambda: tuple(Lock() for _ in range(16)))
 
     def page(self, j: int, i: int, ahead: bool = False) -> MadePage | None:
         """The page in row j and column i of pages, None where nothing is. ahead: those around will be asked for,
@@ -46,6 +47,11 @@ class PageSource:
             return found
         if not ahead or not self.files.keeps:
             return made_page(self.raw, self.coarser, j, i)
+        with self._making[hash((j // SQUARE, i // SQUARE)) % len(self._making)]:
+            known, found = self.files.load(self.name, j, i)  # another thread may have made it meanwhile
+            return found if known else self._square(j, i)
+
+    def _square(self, j: int, i: int) -> MadePage | None:
         first_j, first_i = j // SQUARE * SQUARE, i // SQUARE * SQUARE
         made = {
             (row, column): page
@@ -86,7 +92,8 @@ class PagePool:
         self._used[slots] = self._clock
 
     def take(self, level: StreamedLevel, page: int, count: int) -> list[int]:
-        """Slots for a page."""
+        """Slots for a page that comes now."""
+        self._clock += 1
         while len(self._free) < count:
             self._make_room()
         found = [self._free.pop() for _ in range(count)]
@@ -126,12 +133,10 @@ class StreamedLevel(PageLevel):
             maybe_weighed=maybe_weighed,
             _slot=np.full((2, len(self.where)), -1, np.int64),
             _kind=np.full(len(self.where), _UNKNOWN, np.int8),
-            _most=max(pool.slots // 4 - 1, 1),
         )
 
     _slot: Ints
     _kind: NDArray[np.int8]
-    _most: int
 
     @property
     def nbytes(self) -> int:
@@ -193,30 +198,23 @@ class StreamedLevel(PageLevel):
         self._slot[:, number] = -1
         return slots
 
-    def _batches(self, page: Ints) -> list[Ints]:
-        """Indices of pages (N,), so many different ones at once as the pool surely holds."""
-        names, of = np.unique(page, return_inverse=True)
-        if len(names) <= self._most:
-            return [np.arange(len(page))]
-        turn = of.ravel() // self._most
-        return [np.flatnonzero(turn == k) for k in range(int(turn.max()) + 1)]
-
     def _with(self, page: Ints, look: Callable[[Ints], None]) -> None:
-        """Call look(at) for parts of pages (N,), whose pages are in the pool meanwhile."""
-        for at in self._batches(page):
-            names = np.unique(page[at])
-            while True:
-                with self.pool.lock:
-                    away = names[(self._slot[0, names] < 0) & (self._kind[names] != _EMPTY)]
-                    slots = self._slot[:, names]
-                    self.pool.use(slots[slots >= 0])
-                    if not len(away):
-                        look(at)
-                        break
-                made = [(number, self._read(number, False)) for number in away.tolist()]
-                with self.pool.lock:
-                    for number, found in made:
-                        self._take(number, found)
+        """Call look(at) for parts of pages (N,), whose pages are in the pool meanwhile; not of those that are empty."""
+        names, of = np.unique(page, return_inverse=True)
+        of = of.ravel()
+        with self.pool.lock:
+            here = self._slot[0, names] >= 0
+            slots = self._slot[:, names]
+            self.pool.use(slots[slots >= 0])
+            if here.any():
+                look(np.flatnonzero(here[of]))
+        for n in np.flatnonzero(~here & (self._kind[names] != _EMPTY)).tolist():
+            number = int(names[n])
+            found = self._read(number, False)
+            with self.pool.lock:
+                self._take(number, found)
+                if self._slot[0, number] >= 0:
+                    look(np.flatnonzero(of == n))
 
     # -- what is asked of pages ----------------------------------------------------------------------------------------
 
