@@ -10,10 +10,11 @@ import contextlib
 import logging
 import os
 import time
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import get_ident
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,21 +130,31 @@ def read_arrays(file: Path | None) -> dict[str, NDArray[Any]] | None:
 
 
 def write_arrays(file: Path | None, arrays: Mapping[str, NDArray[Any]], small: bool = False) -> bool:
-    """Beside, and renamed; whether it could be written. small: compressed."""
+    """Beside, and renamed; whether it could be written. small: compressed a little, which takes least time."""
     if file is None:
         return False
     beside = file.with_suffix(f".{os.getpid()}-{get_ident()}.part")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with beside.open("wb") as out:
-            write: Callable[..., None] = np.savez_compressed if small else np.savez
-            write(out, **arrays)
+            if small:
+                _write_small(out, arrays)
+            else:
+                write: Callable[..., None] = np.savez
+                write(out, **arrays)
         beside.replace(file)
     except OSError as error:
         log.warning("%s cannot be written: %s", file, error)
         beside.unlink(missing_ok=True)
         return False
     return True
+
+
+def _write_small(out: IO[bytes], arrays: Mapping[str, NDArray[Any]]) -> None:
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as packed:
+        for name, values in arrays.items():
+            with packed.open(f"{name}.npy", "w") as part:
+                np.lib.format.write_array(part, values, allow_pickle=False)
 
 
 def lattice_row(lattice: Lattice) -> NDArray[np.float64]:
