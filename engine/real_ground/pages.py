@@ -11,7 +11,7 @@ into the next coarser one over a margin as wide as suits its own detail, and the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -242,13 +242,13 @@ def made_page(raw: RawLevel, coarser: Coarser | None, j: int, i: int) -> MadePag
     return None if found is None else MadePage(*found, _roughness(raw, j, i))
 
 
-def reached(raw: RawLevel, keys: Iterable[tuple[int, int]] | None = None) -> set[tuple[int, int]]:
-    """Blocks with heights, and those around them. keys: those with heights; None: all that there are."""
+def reached(raw: RawLevel) -> set[tuple[int, int]]:
+    """Blocks with heights, and those around them."""
     lattice = raw.lattice
     columns = -(-lattice.period // BLOCK) if lattice.period else 0
     last_row = int((lattice.down - lattice.phase_y) // BLOCK)
     found = set()
-    for j, i in raw.blocks if keys is None else keys:
+    for j, i in raw.blocks:
         for dj in (-1, 0, 1):
             for di in (-1, 0, 1):
                 row, column = j + dj, i + di

@@ -145,7 +145,8 @@ def resident_ground(
     for number, plan in enumerate(plans):
         if plan.factor > 1:
             log.warning(
-                "%s: %s is read at 1/%d of its resolution, to fit into Terrain.height_map_most_mb = %g; raise it",
+                "%s: %s is read at 1/%d of its resolution, to fit into Terrain.height_map_most_mb = %g; raise "
+                "it, or read it as it is looked at, with Terrain.backend = 'grid'",
                 what, plan.tiles.folder.folder, plan.factor, most_bytes / 1e6,
             )  # fmt: skip
 

@@ -20,7 +20,7 @@ from ..table_cache import TableCache
 from .kept_ground import level_arrays, level_of, read_arrays, write_arrays
 from .page_files import PageFiles, keep_to_limit, limit_bytes
 from .page_levels import heights_of, levels_of, next_factor
-from .pages import SLOT, PageLevel, polar_of, reached
+from .pages import SLOT, PageLevel, polar_of
 from .raw_level import BLOCK, RawLevel
 from .real_ground import RealGround
 from .streamed_level import PagePool, PageSource, streamed_level
@@ -186,13 +186,18 @@ def read_set(
         facts = scan(raw, squares, factor, coarser, following, kept.part(number, k), progress if k == 0 else None)
         found.append(_Streamed(facts, polar_of(raw), stored))
         raw, stored = coarser if following is None else _means(raw, facts, factor, following), following
-        squares = keys_to_squares(keys_to_squares(facts.keys, factor), next_factor(raw.lattice) or 1)
-    return SetLevels(tiles, tuple(found), levels_of(raw, False) if found[0].facts.keys else [])
+        coarse = keys_to_squares(keys_to_squares(facts.blocks, factor), next_factor(raw.lattice) or 1)
+        squares = [(j, i) for j, i in coarse.tolist()]
+    return SetLevels(tiles, tuple(found), levels_of(raw, False) if found[0].facts.found else [])
 
 
 def _means(finer: RawLevel, facts: LevelFacts, factor: int, stored: BlockFile) -> MeansBlocks:
-    there = set(keys_to_squares(facts.keys, factor))
-    return MeansBlocks(finer, factor, there.__contains__, stored.read)
+    there = _names(keys_to_squares(facts.blocks, factor))
+
+    def has(key: tuple[int, int]) -> bool:
+        return bool(_among(_names(np.array([key])), there)[0])
+
+    return MeansBlocks(finer, factor, has, stored.read)
 
 
 def ground_of(sets: Sequence[SetLevels], kept: KeptStream, most_bytes: int, what: str) -> StreamedGround:
@@ -247,12 +252,41 @@ def _streamed(
 
 
 def _pages(raw: RawLevel, facts: LevelFacts) -> tuple[Ints, NDArray[np.bool_]]:
-    """Pages (P, 2), sorted, that may have heights, and of which samples are missing in or around (P,)."""
-    where = np.array(sorted(reached(raw, facts.keys)), np.int64).reshape(-1, 2)
-    full = {key for key, whole in zip(facts.keys, facts.full, strict=True) if whole}
-    columns = -(-raw.lattice.period // BLOCK) if raw.lattice.period else 0
-    border = np.ones(len(where), np.bool_)
-    for n, (j, i) in enumerate(where.tolist()):
-        around = ((j + b, (i + a) % columns if columns else i + a) for b in (-1, 0, 1) for a in (-1, 0, 1))
-        border[n] = not all(key in full for key in around)
+    """Pages (P, 2), sorted, that may have heights (see pages.reached), and of which samples are missing in or around
+    (P,)."""
+    lattice, blocks = raw.lattice, facts.blocks
+    columns = -(-lattice.period // BLOCK) if lattice.period else 0
+    step = np.arange(-1, 2)
+    beside = np.stack(np.meshgrid(step, step, indexing="ij"), axis=-1).reshape(-1, 2)
+
+    def around(keys: Ints) -> Ints:
+        found = keys[:, None] + beside
+        if columns:
+            found[..., 1] %= columns
+        return found
+
+    where = around(blocks[:, :2]).reshape(-1, 2)
+    where = where[(where[:, 0] >= 0) & (where[:, 0] <= int((lattice.down - lattice.phase_y) // BLOCK))]
+    if columns > 1:  # the last one is narrow: what is beside its neighbour is beside it as well
+        where = np.concatenate([where, *(where[where[:, 1] == a] + (0, b - a) for a, b in _ends(columns))])
+    where = np.unique(where, axis=0)
+    full = np.sort(_names(blocks[blocks[:, 2] > 0, :2]))
+    border = ~_among(_names(around(where)), full).all(axis=1)
     return where, border
+
+
+def _ends(columns: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    return (columns - 2, 0), (0, columns - 2)
+
+
+def _names(keys: Ints) -> Ints:
+    """One number a block (..., 2), in the order of rows and columns."""
+    names: Ints = (keys[..., 0] << 32) + keys[..., 1] + (1 << 31)
+    return names
+
+
+def _among(names: Ints, known: Ints) -> NDArray[np.bool_]:
+    """Which of names (...) are among known ones (M,), which are sorted."""
+    if not len(known):
+        return np.zeros(names.shape, np.bool_)
+    return known[np.minimum(np.searchsorted(known, names), len(known) - 1)] == names

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ __all__ = ["EVERY_S", "BlockFile", "LevelFacts", "keys_to_squares", "scan", "squ
 
 Floats = NDArray[np.float64]
 Heights = NDArray[np.float32]
+Ints = NDArray[np.int64]
 Key = tuple[int, int]
 
 EVERY_S = 20.0
@@ -30,28 +31,30 @@ EVERY_S = 20.0
 
 @dataclass
 class LevelFacts:
-    """What is known of a level. keys: its blocks; full: those whose samples are all there; steepest_rad: its largest
-    slope on a planet of radius 1."""
+    """What is known of a level. found: its blocks, (n, 3) row, column and whether all of its samples are there;
+    steepest_rad: its largest slope on a planet of radius 1."""
 
-    keys: list[Key] = field(default_factory=list)
-    full: list[bool] = field(default_factory=list)
+    found: list[Ints] = field(default_factory=list)
     lowest_m: float = np.inf
     highest_m: float = -np.inf
     steepest_rad: float = 0.0
 
+    @property
+    def blocks(self) -> Ints:
+        """(N, 3): all of `found`."""
+        return np.concatenate(self.found) if self.found else np.zeros((0, 3), np.int64)
+
     def arrays(self, name: str) -> dict[str, NDArray[Any]]:
         """To be written; `of` makes it of them again."""
         return {
-            f"{name}keys": np.array(self.keys, np.int32).reshape(-1, 2),
-            f"{name}full": np.array(self.full, np.bool_),
+            f"{name}found": self.blocks.astype(np.int32),
             f"{name}bounds": np.array([self.lowest_m, self.highest_m, self.steepest_rad]),
         }
 
     @staticmethod
     def of(held: dict[str, NDArray[Any]], name: str) -> LevelFacts:
-        keys = [(j, i) for j, i in held[f"{name}keys"].tolist()]
         low, high, steep = (float(v) for v in held[f"{name}bounds"])
-        return LevelFacts(keys, held[f"{name}full"].tolist(), low, high, steep)
+        return LevelFacts([held[f"{name}found"].astype(np.int64).reshape(-1, 3)], low, high, steep)
 
     def see(self, fine: Heights, lattice: Lattice, factor: int, j: int, i: int) -> bool:
         """Take in the samples of block (j, i) of a level factor times as coarse, and one row and column more; whether
@@ -61,9 +64,8 @@ class LevelFacts:
         if not there.any():
             return False
         count = there.reshape(factor, BLOCK, factor, BLOCK).sum(axis=(1, 3))
-        for b, a in np.argwhere(count > 0).tolist():
-            self.keys.append((j * factor + b, i * factor + a))
-            self.full.append(bool(count[b, a] == BLOCK * BLOCK))
+        at = np.argwhere(count > 0)
+        self.found.append(np.column_stack([at + np.array([j, i]) * factor, count[tuple(at.T)] == BLOCK * BLOCK]))
         self.lowest_m = min(self.lowest_m, float(np.nanmin(inner)))
         self.highest_m = max(self.highest_m, float(np.nanmax(inner)))
         rows = np.arange(len(inner)) + j * factor * BLOCK
@@ -177,6 +179,6 @@ def _keep(part: Path, facts: LevelFacts, done: int, coarser: RawLevel, stored: B
     write_arrays(part, arrays if stored is None else arrays | stored.arrays(""))
 
 
-def keys_to_squares(keys: Iterable[Key], factor: int) -> list[Key]:
-    """Blocks of the next coarser level that blocks are in."""
-    return list(dict.fromkeys((j // factor, i // factor) for j, i in keys))
+def keys_to_squares(keys: Ints, factor: int) -> Ints:
+    """Blocks (M, 2) of the next coarser level that blocks (N, 2) are in."""
+    return np.unique(keys[:, :2] // factor, axis=0)

@@ -74,6 +74,8 @@ def info_command(
 def make_command(folder: Folder, *, memory_mb: float = 256.0) -> None:
     """Read elevation tiles and keep what scenes need of them, so that these start at once. May be cut off and goes on.
 
+    Levels that don't fit into the memory are read page by page while a scene runs: those are "on disk".
+
     Parameters
     ----------
     memory_mb
@@ -84,12 +86,12 @@ def make_command(folder: Folder, *, memory_mb: float = 256.0) -> None:
     if not 1.0 <= memory_mb <= 900.0:
         raise SettingError(f"memory_mb: {memory_mb:g}; expected 1 to 900 MB, as Terrain.height_map_most_mb")
     with counted("reading", 1) as progress:
-        ground, file = make_ground(folder, int(1e6 * memory_mb), "map", progress)
+        ground, file = make_ground(folder, int(1e6 * memory_mb), "map", progress, streams=True)
     table = Table("level", "samples apart", "pages", "MB", box=None)
     for number, level in enumerate(ground.levels):
         table.add_row(
             str(number), _apart(level.lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{len(level.where):,}",
-            f"{(level.heights.nbytes + level.weights.nbytes) / 1e6:.1f}",
+            f"{level.nbytes / 1e6:.1f}" if level.nbytes else "on disk",
         )  # fmt: skip
     console.print(table)
     written(file)

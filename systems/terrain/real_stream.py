@@ -34,7 +34,7 @@ Key = tuple[int, int]
 """Number of the level, and of the page."""
 
 PAGES_A_FRAME = 4
-"""0.3 MB at most are taken in in a frame that somebody looks at."""
+"""0.6 MB at most are taken in in a frame that somebody looks at."""
 _UNDER_WAY = 8
 _FADE_S = 0.5
 _MOST_WAIT_S = 2.0
