@@ -145,7 +145,8 @@ class RealStream:
     # -- frame ---------------------------------------------------------------------------------------------------------
 
     def update(self, view: View, eye: Eye, spacing_rad: float, dt_s: float, at_once: bool) -> None:
-        """Before anything of a frame reads heights. spacing_rad: between vertices, as the eye sees them, at least;
+        """Before anything of a frame reads heights. spacing_rad: of gradients that show what heights of vertices do, as
+        the eye sees it, at least;
         at_once: the picture shows all that it needs, and nothing else."""
         self._frame += 1
         wants = self._wants.get(view)

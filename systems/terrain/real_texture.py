@@ -36,6 +36,7 @@ from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.real_ground.streamed_level import StreamedLevel
 
 __all__ = [
+    "HEIGHTS_FINER",
     "MOST_LEVELS",
     "POOL_RECORD",
     "RealLayout",
@@ -57,6 +58,9 @@ _SLOT_BITS = SLOT.bit_length() - 1
 POOL_RECORD = 1024
 """Words of a record of a level that streams: a power of two, so that none crosses rows of the texture."""
 _AFTER_SQUARES = _FIRST_SQUARE + (PAGE // _NEAR) ** 2 * _PLACE
+HEIGHTS_FINER = 0.5
+"""Heights show as much of a level that streams as gradients do where vertices are so many times as far apart: what they
+leave out is less than a pixel high."""
 _POOL_BYTES = 4 * (SLOT * SLOT + POOL_RECORD + 4)
 _FEWEST = 32
 _MOST_ROWS = 16384
@@ -105,7 +109,7 @@ def _shader() -> str:
         "PAGE": PAGE, "BEFORE": BEFORE, "SLOT_BITS": _SLOT_BITS, "TABLE": TABLE, "PLACE": _PLACE,
         "FIRST_SQUARE": _FIRST_SQUARE, "FIRST_NODE": _FIRST_NODE, "ROUGH": ROUGH, "ROUGH_SIDE": float(ROUGH_SIDE),
         "POOL_RECORD": POOL_RECORD, "AFTER_SQUARES": _AFTER_SQUARES, "LEVEL_SAMPLES": LEVEL_SAMPLES, "DONE": DONE,
-        "MOST_ROUGH": MOST_ROUGH, "PI": 3.14159265358979,
+        "MOST_ROUGH": MOST_ROUGH, "HEIGHTS_FINER": HEIGHTS_FINER, "PI": 3.14159265358979,
     }  # fmt: skip
     return "".join(f"const {type(v).__name__} REAL_{name} = {v};\n" for name, v in numbers.items())
 

@@ -48,6 +48,7 @@ from .land_water import LAND_WATER, NARROW_TILES, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
+from .real_texture import HEIGHTS_FINER
 from .real_wanted import Eye
 from .rivers.source import source
 from .rivers.table import RiverTable
@@ -290,7 +291,7 @@ class TerrainSystem(System):
             camera.position_m, away_m - self._ground.params.radius_m - ground_m, frame.pixel_rad, camera.forward,
             float(np.arctan(np.hypot(*tangents))),
         )  # fmt: skip
-        spacing_rad = _CLOSEST * float(frame.settings["terrain.edge_px"]) * frame.pixel_rad
+        spacing_rad = HEIGHTS_FINER * _CLOSEST * float(frame.settings["terrain.edge_px"]) * frame.pixel_rad
         stream.update(frame.view, eye, spacing_rad, frame.dt_s, frame.settling or frame.one_shot)
 
     def _octaves_key(self, proxy: Proxy) -> OctavesKey:

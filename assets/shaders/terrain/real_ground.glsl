@@ -270,7 +270,7 @@ float real_share(TerrainRealLevel level, float spacing_m) {
 
 #ifdef TERRAIN_STREAMED
 float real_height_share(TerrainRealLevel level, float spacing_m) {
-    return level.streamed != 0 ? real_share(level, spacing_m) : 1.0;
+    return level.streamed != 0 ? real_share(level, REAL_HEIGHTS_FINER * spacing_m) : 1.0;
 }
 #else
 float real_height_share(TerrainRealLevel level, float spacing_m) {
