@@ -36,6 +36,8 @@ Key = tuple[int, int]
 PAGES_A_FRAME = 4
 """0.6 MB at most are taken in in a frame that somebody looks at."""
 _UNDER_WAY = 8
+_NEAR_PX = 8.0
+"""Pages whose samples are so wide, and those beside them, are there in the first frame after a leap."""
 _FADE_S = 0.5
 _MOST_WAIT_S = 2.0
 """So long vertices wait for pages that still fade in."""
@@ -100,13 +102,17 @@ class _Pages:
         """Pages that fade."""
         return np.flatnonzero(self.weight != self.target)
 
-    def corners(self, pages: Ints) -> NDArray[np.float32]:
-        """(N, 4): what pages weigh north-west, north-east, south-west, south-east: the least of those around; where
-        there are none, nothing is missing."""
+    def around(self, pages: Ints) -> Ints:
+        """(N, 3, 3) numbers of pages and of those beside them, -1: none."""
         where, step = self.level.where[pages], np.arange(-1, 2)
         row, column = where[:, 0, None, None] + step[:, None], where[:, 1, None, None] + step
         row, column = np.broadcast_arrays(row, column % self._columns if self._columns else column)
-        around = np.where(row >= 0, self.level.numbers(np.maximum(row, 0), column), -1)
+        return np.where(row >= 0, self.level.numbers(np.maximum(row, 0), column), -1)
+
+    def corners(self, pages: Ints) -> NDArray[np.float32]:
+        """(N, 4): what pages weigh north-west, north-east, south-west, south-east: the least of those around; where
+        there are none, nothing is missing."""
+        around = self.around(pages)
         weight = np.where(around >= 0, self.weight[np.maximum(around, 0)], np.float32(1.0))
         both = np.minimum(weight[:, :, :2], weight[:, :, 1:])
         return np.minimum(both[:, :2], both[:, 1:]).reshape(-1, 4).astype(np.float32)
@@ -131,6 +137,8 @@ class RealStream:
         self._wants: WeakKeyDictionary[View, _Wants] = WeakKeyDictionary()
         self._queue: list[Key] = []
         """Pages that are wanted and not there, the most urgent last."""
+        self._urgent = 0
+        """How many of these are near the eye."""
         self._frame = 0
         self._fading = False
         self._since_s = 0.0
@@ -144,10 +152,13 @@ class RealStream:
 
     # -- frame ---------------------------------------------------------------------------------------------------------
 
-    def update(self, view: View, eye: Eye, spacing_rad: float, dt_s: float, at_once: bool) -> None:
+    def update(
+        self, view: View, eye: Eye, spacing_rad: float, dt_s: float, at_once: bool, leaps: bool = False
+    ) -> None:  # fmt: skip
         """Before anything of a frame reads heights. spacing_rad: of gradients that show what heights of vertices do, as
         the eye sees it, at least;
-        at_once: the picture shows all that it needs, and nothing else."""
+        at_once: the picture shows all that it needs, and nothing else. leaps: there is no frame before; ground near
+        the eye is there at once, or it might look through coarser one that reaches above it."""
         self._frame += 1
         wants = self._wants.get(view)
         if wants is None:
@@ -156,14 +167,14 @@ class RealStream:
         if wants.plans(eye, self._page_m, dt_s, at_once):
             self._plan(wants, eye)
             self._choose()
-        if at_once:
-            self._load_all()
+        if at_once or leaps:
+            self._load_now(len(self._queue) if at_once else self._urgent)
         elif self._queue or self._under_way:
             self._load_some()
         if self._fading:
-            self._fade(1.0 if at_once else dt_s / _FADE_S)
+            self._fade(1.0 if at_once or leaps else dt_s / _FADE_S)
         self._since_s += dt_s
-        if at_once or not self._fading or self._since_s > _MOST_WAIT_S:
+        if at_once or leaps or not self._fading or self._since_s > _MOST_WAIT_S:
             self._since_s = 0.0
             for each in self._wants.values():
                 each.stamp, each.due = each.stamp + each.due, False
@@ -200,17 +211,17 @@ class RealStream:
             np.concatenate([getattr(wants, name) for wants in self._wants.values()]) for name in ("px", "level", "page")
         )
         order = np.lexsort((page, level, -px))
-        level, page = level[order], page[order]
+        px, level, page = px[order], level[order], page[order]
         _, first = np.unique(level << 40 | page, return_index=True)  # each once
         first.sort()
-        level, page = level[first], page[first]
+        px, level, page = px[first], level[first], page[first]
         cost = np.ones(len(page), np.int64)
         for number, pages in self._levels.items():
             at = level == number
             cost[at] += pages.level.maybe_weighed[page[at]]
         room = np.cumsum(cost) <= self._layout.pool
-        level, page = level[room], page[room]
-        missing = np.zeros(len(page), np.bool_)
+        px, level, page = px[room], level[room], page[room]
+        missing, near = np.zeros((2, len(page)), np.bool_)
         for number, pages in self._levels.items():
             at = np.flatnonzero(level == number)
             mine = page[at]
@@ -219,10 +230,15 @@ class RealStream:
             pages.last[mine] = self._frame
             there = pages.there
             pages.target[there] = pages.wanted[there]
+            near[at] = np.isin(mine, pages.around(mine[px[at] > _NEAR_PX]))  # pages weigh nothing towards missing ones
             missing[at] = (pages.slots[mine, 0] < 0) & ~self._settle_empty(pages, mine)
         self._fading = self._fading or any(len(pages.moving) for pages in self._levels.values())
-        queue = list(zip(level[missing].tolist(), page[missing].tolist(), strict=True))
-        self._queue = [key for key in reversed(queue) if key not in self._under_way]
+        parts = [
+            [key for key in zip(level[at].tolist(), page[at].tolist(), strict=True) if key not in self._under_way]
+            for at in (np.flatnonzero(missing & near), np.flatnonzero(missing & ~near))
+        ]
+        self._urgent, self._queue = len(parts[0]), [*parts[0], *parts[1]]
+        self._queue.reverse()
         for key in [key for key in self._under_way if not self._levels[key[0]].wanted[key[1]]]:
             if self._under_way[key].cancel():
                 del self._under_way[key]
@@ -250,12 +266,14 @@ class RealStream:
         while self._queue and len(self._under_way) < _UNDER_WAY:
             self._begin(self._queue.pop())
 
-    def _load_all(self) -> None:
+    def _load_now(self, count: int) -> None:
+        """The first of the queue, and what is under way."""
         if self._fading:
             self._fade(1.0)  # what is not wanted makes room
-        while self._queue or self._under_way:
-            while self._queue and len(self._under_way) < 8 * _UNDER_WAY:
+        while count or self._under_way:
+            while count and len(self._under_way) < 8 * _UNDER_WAY:
                 self._begin(self._queue.pop())
+                count -= 1
             key = next(iter(self._under_way))
             page = self._under_way.pop(key).result()
             self._take(key, page, self._slots_for(page))

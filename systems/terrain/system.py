@@ -292,7 +292,7 @@ class TerrainSystem(System):
             float(np.arctan(np.hypot(*tangents))),
         )  # fmt: skip
         spacing_rad = HEIGHTS_FINER * _CLOSEST * float(frame.settings["terrain.edge_px"]) * frame.pixel_rad
-        stream.update(frame.view, eye, spacing_rad, frame.dt_s, frame.settling or frame.one_shot)
+        stream.update(frame.view, eye, spacing_rad, frame.dt_s, frame.settling or frame.one_shot, frame.cut)
 
     def _octaves_key(self, proxy: Proxy) -> OctavesKey:
         return OctavesKey(proxy.generation, self._ground.revision, self._component.color_map_strength)
