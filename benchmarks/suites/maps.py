@@ -145,8 +145,10 @@ def maps_pages(session: Session) -> None:
         assert isinstance(ground, StreamedGround)
         level = ground.levels[0]
         assert isinstance(level, StreamedLevel)
-        row = dict(megabytes=ground.resident_bytes / 1e6, budget_mb=_FEW_BYTES / 1e6)
-        session.row("tiles read once", error=tiles / seconds, error_unit="tiles/s", **row)
+        session.row(
+            "tiles read once", error=tiles / seconds, error_unit="tiles/s", megabytes=ground.resident_bytes / 1e6,
+            budget_mb=_FEW_BYTES / 1e6,
+        )  # fmt: skip
         inner = np.flatnonzero(~level.maybe_weighed)[: 3 * count]
         for name, ahead, first in (("made", False, 0), ("made by the square", True, 1), ("read again", True, 1)):
             start, files = time.process_time(), level.source

@@ -21,7 +21,7 @@ from .streamed_ground import KeptStream, SetLevels, StreamedGround, ground_of, l
 from .tile_files import TileError, read_tile
 from .tile_index import TileSet, open_tiles, tiles_stamp
 
-__all__ = ["MOST_LEVELS", "make_ground", "real_ground", "resident_ground", "streamed_ground"]
+__all__ = ["MOST_LEVELS", "forget_ground", "make_ground", "real_ground", "resident_ground", "streamed_ground"]
 
 log = logging.getLogger(__name__)
 
@@ -49,6 +49,13 @@ def real_ground(path: str, most_bytes: int, what: str, streams: bool = False) ->
                 _in_use[most_bytes, stamp, False] = found
         _last[:] = [found]
     return found
+
+
+def forget_ground() -> None:
+    """The next who asks for a map gets it anew from disk; those who hold one keep it."""
+    with _reading:
+        _in_use.clear()
+        _last.clear()
 
 
 def _read_ground(path: str, stamp: tuple[object, ...], most_bytes: int, what: str, streams: bool) -> RealGround:

@@ -271,8 +271,8 @@ def _pages(raw: RawLevel, facts: LevelFacts) -> tuple[Ints, NDArray[np.bool_]]:
         where = np.concatenate([where, *(where[where[:, 1] == a] + (0, b - a) for a, b in _ends(columns))])
     where = np.unique(where, axis=0)
     full = np.sort(_names(blocks[blocks[:, 2] > 0, :2]))
-    border = ~_among(_names(around(where)), full).all(axis=1)
-    return where, border
+    inner: NDArray[np.bool_] = np.asarray(_among(_names(around(where)), full).all(axis=1), dtype=np.bool_)
+    return where, ~inner
 
 
 def _ends(columns: int) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -16,7 +16,7 @@ from countries import hgt_samples, land, write_country, write_hgt, write_png_til
 
 from planetfall.engine.real_ground import page_files, resident, tile_scan
 from planetfall.engine.real_ground.lattice import directions_at
-from planetfall.engine.real_ground.resident import make_ground, real_ground
+from planetfall.engine.real_ground.resident import forget_ground, make_ground, real_ground
 from planetfall.engine.real_ground.streamed_ground import StreamedGround
 from planetfall.engine.real_ground.streamed_level import StreamedLevel
 from planetfall.engine.settings import SettingError
@@ -157,8 +157,7 @@ def test_tiles_are_read_once(tmp_path, monkeypatch):
     for number in range(0, len(level.where), 7):
         level.page(number, ahead=True)
     heights = first.heights(points)[0]
-    resident._in_use.clear()
-    resident._last.clear()
+    forget_ground()
     monkeypatch.setattr(resident, "read_set", lambda *a: pytest.fail("read again"))
     again = streamed(folder)
     assert again is not first
@@ -208,14 +207,12 @@ def test_files_that_are_damaged_or_gone_are_made_again(tmp_path, cache, caplog):
             path.unlink()
         else:
             path.write_bytes(path.read_bytes()[: 100 if number % 3 == 1 else 0])
-    resident._in_use.clear()
-    resident._last.clear()
+    forget_ground()
     with caplog.at_level(logging.WARNING):
         np.testing.assert_array_equal(streamed(folder).heights(points)[0], expected)
     index = next(cache.glob("*.index.npz"))
     index.write_bytes(index.read_bytes()[:3000])
-    resident._in_use.clear()
-    resident._last.clear()
+    forget_ground()
     np.testing.assert_array_equal(streamed(folder).heights(points)[0], expected)
 
 
