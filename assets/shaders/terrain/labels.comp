@@ -41,7 +41,7 @@ void main() {
 #ifdef GROUND_CLUTTER
     vec3 normal = s.zenith;
     vec2 open = vec2(1.0);
-    stand_clutter(s, frame.sun_direction, shown.ground.above_sea_m, shown.rises, shown.gradient, material, normal,
+    stand_clutter(s, frame.sun_direction, shown.ground, shown.rises, shown.gradient, material, normal,
         open);
 #endif
 #ifdef GROUND_RIVERS
