@@ -14,7 +14,7 @@ pytestmark = pytest.mark.gpu
 
 SIZE = (96, 54)
 PRESENT = "outputs.present"
-_FRAMES = 600
+_FRAMES = 2000
 """The air's tables take as many as the time of a frame allows: on a busy machine hundreds."""
 
 
