@@ -24,6 +24,7 @@ class Game:
         self.window = glfw.create_window(width, height, "A game on a planet", None, None)
         glfw.make_context_current(self.window)
         self.ctx, scene = moderngl.create_context(), pf.load_scene("earth")
+        scene.planet.remove(pf.Cover)  # no trees between its boxes
         scene.sun = pf.Sun(elevation_deg=25, azimuth_deg=160, latitude_deg=2.832, longitude_deg=146.012)
         self.renderer = pf.Renderer(scene, (width, height), "medium", ctx=self.ctx)
         self.program = self.ctx.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
@@ -35,8 +36,7 @@ class Game:
     def frame(self, dt: float) -> None:
         turn = glfw.get_key(self.window, glfw.KEY_RIGHT) - glfw.get_key(self.window, glfw.KEY_LEFT)
         self.heading_deg, self.time_s = self.heading_deg + 30.0 * dt * turn, self.time_s + dt
-        # glfw has no cameras: the planet's leads, and the program takes its matrices from it.
-        camera = pf.Camera.at(2.83187, 146.012, 30.0, self.heading_deg, above="ground")
+        camera = pf.Camera.at(2.83187, 146.012, 30.0, self.heading_deg, above="ground")  # glfw has none: ours leads
         view, lens = self.space.matrices(self.renderer.camera_state(camera), near=0.1, far=2e4)
         self.program["u_to_clip"] = (lens @ view).T.ravel()
         self.ctx.screen.viewport = place = (0, 0, *glfw.get_framebuffer_size(self.window))

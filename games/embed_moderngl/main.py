@@ -34,10 +34,10 @@ def main(arguments: list[str] | None = None) -> int:
     target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
     ball = ctx.vertex_array(program := ctx.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT), [])
     scene, shot = pf.load_scene("earth"), pf.view("ground")
+    scene.planet.remove(pf.Cover)  # no trees between its balls
     renderer = pf.Renderer(scene, size, "medium", ctx=ctx)
-    state = renderer.camera_state(shot)  # here the planet's camera leads, and the host takes its matrices from it
-    space = pf.HostSpace.at(46.75225, 144.69123, 0, 105, above="ground", planet=scene.planet)
-    view, lens = space.matrices(state, near=0.1, far=2e4)
+    space = pf.HostSpace.at(46.75276, 144.6826, 0, 105, above="ground", planet=scene.planet)
+    view, lens = space.matrices(renderer.camera_state(shot), near=0.1, far=2e4)  # here the planet's camera leads
     sun = view[:3, :3] @ space.direction_to_host(pf.sun_direction(scene, camera=shot))
     program["u_view"], program["u_lens"], program["u_sun"] = view.T.ravel(), lens.T.ravel(), sun
     places = space.on_surface([(1.5 * x, 0, -5 - 4 * z) for z in range(4) for x in (-2, -1, 0, 1, 2)], 0.3)

@@ -23,6 +23,7 @@ class Game(WindowConfig):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         world = pf.load_scene("earth")
+        world.planet.remove(pf.Cover)  # no trees between its huts
         world.sun = pf.Sun(elevation_deg=25, azimuth_deg=160, latitude_deg=2.832, longitude_deg=146.012)
         self.renderer = pf.Renderer(world, self.wnd.buffer_size, "medium", ctx=self.ctx)
         self.wnd.close_func = self.renderer.release
@@ -39,8 +40,7 @@ class Game(WindowConfig):
         self.camera = Camera(55.0, self.wnd.aspect_ratio, near=0.1, far=20000.0)
         self.camera.set_position(0.0, 13.0, 0.0)
 
-    def draw(self, models: list[Any]) -> None:
-        """One scene at many places: its matrix moves all its nodes."""
+    def draw(self, models: list[Any]) -> None:  # one scene at many places: its matrix moves all its nodes
         self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         for model in models:
             self.hut.matrix = model

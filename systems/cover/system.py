@@ -7,6 +7,7 @@ whatever it looks like. What stands where is made on the CPU (stand.py), a few p
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import moderngl
@@ -27,6 +28,7 @@ from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space.camera import CameraStamp
 from ...engine.system import Setup, System
+from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
 from .felling import GROWS
 from .growth import Growing
@@ -86,6 +88,11 @@ class _CoverView(ViewParts):
         return Plants.of(known) if len(known) == len(parts) else None
 
 
+def _linked(program: Any) -> None:
+    """Links it, if that is still to do."""
+    _ = program.mgl
+
+
 class CoverSystem(System):
     """Needs a planet with Terrain and Cover."""
 
@@ -116,6 +123,7 @@ class CoverSystem(System):
             defines={"RADIANCE_FORMAT": format, "LIGHT_EVERY": int(setup.settings["cover.light_every"])},
         )
         self._draw_state = self._gpu.state(depth_test=True, depth_func=">", cull=None)
+        self._warm_up = WarmUp(partial(_linked, program) for program in (*self._trees, self._list, self._shade))
         self._colours, self._albedos = -1, np.zeros((3, 3))
         self._autumn = reflectance(AUTUMN, self._nm)
 
@@ -145,6 +153,7 @@ class CoverSystem(System):
     # -- a frame -----------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame) -> None:
+        self._warm_up.step(frame)
         view, component = self._view(frame.view), frame.world.get(frame.planet, Cover)
         cover = with_overrides(component, "cover", frame.settings)
         view.frame = frame
@@ -158,7 +167,7 @@ class CoverSystem(System):
         terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
         reach = float(self._settings["cover.reach_m"])
         if (
-            ground is None
+            not hasattr(ground, "moisture")  # none, or printed ground, which knows no climate: nothing grows on it
             or max(cover.density, cover.shrubs) <= 0.0
             or not self._near_ground(ground, height, direction, reach, cover)
         ):
@@ -253,7 +262,8 @@ class CoverSystem(System):
             reads=(_PLACE,),
             writes=("gbuffer.depth", *GBUFFER, _MAP),
             stage="plants",
-            only_while=any_near,
+            only_while=view.view.seen.ground,
+            when=any_near,
             help="trees in the picture, two quads each; and the map of their shadows when it has changed",
         )
         builder.add_pass(
@@ -262,8 +272,11 @@ class CoverSystem(System):
             kind="compute",
             bind=lambda io: self._bind_tiles(io, tiles),
             reads=("gbuffer.tile_flags",),
-            creates=(BufferSpec("cover.tile_list", 16 + 4 * tiles[0] * tiles[1], help="dispatch and tiles"),),
-            only_while=any_near,
+            creates=(
+                BufferSpec("cover.tile_list", 16 + 4 * tiles[0] * tiles[1], "persistent", help="dispatch and tiles"),
+            ),
+            only_while=view.view.seen.ground,
+            when=any_near,
             help="tiles with trees or near ground",
         )
         builder.add_pass(
@@ -274,7 +287,8 @@ class CoverSystem(System):
             reads=("gbuffer.depth", *GBUFFER, "cover.tile_list", *contract_reads(self._world)),
             writes=("scene.radiance",),
             stage="plants",
-            only_while=any_near,
+            only_while=view.view.seen.ground,
+            when=any_near,
             help="light of trees; their shadows on ground, water and one another",
         )
         self._numbers.declare(

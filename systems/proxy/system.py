@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...components import Atmosphere, Clouds, Ocean, Planet
+from ...components import Atmosphere, Clouds, Cover, Ocean, Planet
 from ...engine.blocks.bindings import FRAME_BLOCK, LATTICE_BLOCK, PLANET_BLOCK
 from ...engine.frame import Frame, Proxy, View, ViewParts, Views
 from ...engine.frame.block import FrameBlock, PlanetBlock, frame_of_anchor
@@ -33,6 +33,12 @@ LATTICE_BYTES = 320
 _HEIGHT_STEP_M = 1.0 / 16.0
 _LEAST_PX = 0.25
 """A planet, air and all, that is narrower than this part of a pixel is not drawn: most pixels miss it anyway."""
+
+_TREES_TALL = 3.0
+"""Of Cover.height_m, with room for all that is taller and for slopes."""
+_TREES_REACH_M = 3000.0
+_TREES_RISE_RAD = 0.35
+"""How far trees on a slope beside the camera may rise over its ground."""
 
 
 class _Kept(ViewParts):
@@ -231,6 +237,14 @@ class ProxySystem(System):
         if field is None or (sea_top_m is not None and camera.distance_m - radius <= float(sea_top_m)):
             return True
         elevation = least_elevation_rad(camera, self._pixel(frame))
+        cover = frame.world.try_get(frame.planet, Cover)
+        if cover is not None:
+            # Trees stand above the ground's skyline: around the camera, or on slopes beside it.
+            above_m = camera.distance_m - radius - float(field.height(camera.direction[None])[0])
+            if above_m < _TREES_TALL * cover.height_m:
+                return True
+            if above_m < _TREES_REACH_M:
+                elevation -= _TREES_RISE_RAD
         return not self._of(frame.view).skyline.below(field, camera.position_m, radius, elevation)
 
     def _new_anchor(self, cell: ProxyCell, radius: float, ground: Any, sea: Ocean | None, camera_m: Floats) -> Proxy:

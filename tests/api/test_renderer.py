@@ -83,6 +83,7 @@ def test_nothing_of_a_planet_out_of_view_is_drawn(renderer):
 @pytest.mark.parametrize(("kind", "owner"), [(pf.Terrain, "terrain"), (pf.Ocean, "ocean")])
 def test_removing_a_component_takes_its_passes_and_gl_objects(kind, owner):
     scene = pf.load_scene("earth")
+    scene.planet.remove(pf.Cover)  # which would go with the ground
     with pf.Renderer(scene, size=SIZE, quality="low") as renderer:
         view = pf.Camera.at(10.0, 20.0, 3.0e5, pitch_deg=-40.0)
         renderer.render(view)

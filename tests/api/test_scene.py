@@ -98,7 +98,7 @@ def test_components_come_and_go(earth):
     assert isinstance(taken, pf.Ocean) and not earth.planet.has(pf.Ocean)
     assert earth.world.structure_revision > before
     with pytest.raises(
-        pf.MissingError, match=r"planet 'earth' has no Ocean, only Planet, Terrain, Atmosphere; add one with add"
+        pf.MissingError, match=r"planet 'earth' has no Ocean, only Planet, Terrain, Atmosphere, Cover; add one with add"
     ):
         earth.planet[pf.Ocean]
     with pytest.raises(pf.MissingError, match="has no Ocean"):

@@ -180,6 +180,7 @@ def test_other_grounds_come_back_so_too(
 def returns(monkeypatch: Any, kind: type[Backend], asked: Asked, altitude_m: float, step_m: float, to: int) -> None:
     """A flight that looks up from frame 8 to `to`, with and without rest: the pictures in which ground is seen."""
     scene = pf.load_scene("earth")
+    scene.planet.remove(pf.Cover)
     for component, values in asked.items():
         for name, value in values.items():
             setattr(scene.planet[component], name, value)
@@ -220,6 +221,7 @@ def returns(monkeypatch: Any, kind: type[Backend], asked: Asked, altitude_m: flo
 
 def test_objects_in_the_sky_are_drawn_and_others_cost_nothing(monkeypatch: Any) -> None:
     scene = pf.load_scene("earth")
+    scene.planet.remove(pf.Cover)
     camera = pf.Camera.at(45.0, 10.0, 100.0, pitch_deg=90.0, above="ground")
     place = camera.resolve(scene).position_m
     up = place / np.linalg.norm(place)

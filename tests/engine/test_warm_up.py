@@ -55,7 +55,7 @@ def test_the_sea_has_its_shaders_before_a_flight_needs_them() -> None:
         renderer.render(cameras[0])
         assert renderer.gpu.work.snapshot()["programs_built"] == built
         target = renderer.ctx.simple_framebuffer(SIZE)
-        for looking in turned(renderer.camera_state(cameras[0]), 0.01, 20):
+        for looking in turned(renderer.camera_state(cameras[0]), 0.01, 30):
             renderer.render_to(target, looking, dt_s=1.0 / 60.0)
         ready = renderer.gpu.work.snapshot()["programs_built"]
         assert ready > built

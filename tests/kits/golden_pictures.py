@@ -90,6 +90,9 @@ fragments write depth, and 0.8 is what other debug views differ by. Errors of a 
 
 CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shadows", "day_edge")
 """Those that are named after clouds; all others are taken without."""
+COVER_VIEWS = (
+    "lakeside", "forest", "meadow", "savanna", "palms", "treeline", "canopy", "grove", "woodland",
+)  # fmt: skip
 SMALL_VIEWS = ("waterfall",)
 """Those that show enough at half the size."""
 
@@ -158,6 +161,7 @@ VIEW_PICTURES: tuple[Picture, ...] = (
             clouds=view in CLOUD_VIEWS,
         )
         for view in pf.views("earth")
+        if view not in COVER_VIEWS
     ),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
     *(Picture(f"props/{view}", "props", view) for view in ("ground", "beach")),

@@ -15,6 +15,7 @@ pytestmark = pytest.mark.gpu
 def earth():
     """Without waves: where the sea's level meets the ground, and how round it is."""
     scene = pf.load_scene("earth")
+    scene.planet.remove(pf.Cover)
     scene.planet[pf.Ocean].wind_speed_m_s = scene.planet[pf.Ocean].swell_height_m = 0.0
     with pf.Renderer(scene, size=(320, 180), quality="high") as made:
         yield made

@@ -184,7 +184,7 @@ def test_a_sampler_is_a_snapshot(scene):
 
 
 def test_without_cover_a_sampler_says_what_to_do():
-    with pf.load_scene("earth") as scene, pytest.raises(ValueError, match=r"scene\.planet\.add\(pf\.Cover\(\)\)"):
+    with pf.load_scene("mars") as scene, pytest.raises(ValueError, match=r"scene\.planet\.add\(pf\.Cover\(\)\)"):
         pf.CoverSampler(scene)
 
 
@@ -376,6 +376,7 @@ def test_without_the_component_nothing_is_there_and_pictures_are_as_before(scene
             assert "cover" not in renderer.gpu.counts()
             assert not any(report.name.startswith("cover.") for report in renderer.passes())
     with pf.load_scene("earth") as plain:
+        plain.planet.remove(pf.Cover)
         plain.planet[pf.Terrain].rivers = 0.0
         if plain.planet.get(pf.Clouds) is not None:
             plain.planet.remove(pf.Clouds)
@@ -439,7 +440,9 @@ def test_beaches_stay_where_forests_are_a_colour():
     """Sand by its colour in the picture without trees: with them it is bright, and land behind it darker."""
     shown = {}
     for density in (0.0, 1.0):
-        with pf.load_scene("woods" if density else "earth") as other:
+        with pf.load_scene("earth") as other:
+            if not density:
+                other.planet.remove(pf.Cover)
             other.planet[pf.Terrain].rivers = 0.0
             if other.planet.get(pf.Clouds) is not None:
                 other.planet.remove(pf.Clouds)
@@ -450,7 +453,7 @@ def test_beaches_stay_where_forests_are_a_colour():
     bare, wooded = shown[0.0], shown[1.0]
     land = surface == Surface.TERRAIN
     sand = land & (bare[..., 0] - bare[..., 2] > 45.0)
-    assert sand.sum() > 100
+    assert sand.sum() > 60
     # They share pixels with the wood behind; a colour over the beach as well leaves 0.61.
     assert wooded[sand].mean() > 0.8 * bare[sand].mean()
     assert wooded[land & ~sand].mean() < 0.95 * bare[land & ~sand].mean()
