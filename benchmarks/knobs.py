@@ -286,6 +286,8 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "cover.felled": "names of single trees; see test_felling",
     "cover.mask": "a function; see test_cover_mask",
     "terrain.height_map_most_mb": "of tiles of elevation, which no preset has; see test_real_terrain",
+    "terrain.color_map_most_mb": "of tiles of pictures, which no preset has; see test_real_colors",
+    "terrain.color_map_unlit": "of tiles of pictures, which no preset has; see test_color_unlit",
     "terrain.backend": "the same ground cut differently, meant to look alike; see test_tiles",
     "terrain.method": "the source's ground beside ours; see test_paper_grid",
     "debug.freeze": "a still camera sees the same; see test_tiles",

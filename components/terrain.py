@@ -143,13 +143,32 @@ class Terrain:
     )
     color_map: str = knob(
         "",
-        help="Colours of the ground, in place of its materials': PNG or JPEG, equirectangular or a folder of faces",
-        cost="8 texture fetches a pixel, 4 bytes a sample",
+        help="Colours of the ground: of all around a PNG or JPEG, or six faces; of some places a folder of tiles",
+        cost="8 texture fetches a pixel, of tiles 60; 4 bytes a sample",
         group="maps",
         widget="path",
     )
     color_map_strength: float = knob(
         1.0, 0.0, 1.0, "", "1: the ground's colour is the map's; 0: that of its materials", group="maps"
+    )
+    color_map_unlit: float = knob(
+        0.0,
+        0.0,
+        1.0,
+        "",
+        "Share of the sunlight that is taken out of tiles of pictures, by the slopes of the height map there",
+        cost="time to read the tiles",
+        group="maps",
+    )
+    color_map_most_mb: float = knob(
+        256.0,
+        1.0,
+        900.0,
+        "MB",
+        "Memory that tiles of pictures may take, here and on the GPU; what is more is read at a coarser resolution",
+        cost="memory, and time to read the tiles",
+        log=True,
+        group="maps",
     )
 
     rock_albedo: Vec3 = knob(

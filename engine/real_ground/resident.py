@@ -19,6 +19,7 @@ from .raw_level import BLOCK, RawLevel, factor_of
 from .real_ground import RealGround, World, sample_level
 from .tile_files import TileError, read_tile
 from .tile_index import TileSet, open_tiles, tiles_stamp
+from .water_mask import water_of
 
 __all__ = ["MOST_LEVELS", "make_ground", "real_ground", "resident_ground"]
 
@@ -146,6 +147,7 @@ def _read(plan: _Plan, number_of_set: int, what: str, report: Callable[[int], No
             step = factor_of(lattice)
             lattice, left = lattice.coarser(step), left // step
         found = RawLevel(lattice)
+    water = water_of(tiles.folder, what)
     began = None if keeper is None else keeper.began(number_of_set)
     first = 0
     if began is not None:
@@ -159,6 +161,8 @@ def _read(plan: _Plan, number_of_set: int, what: str, report: Callable[[int], No
             continue
         if tiles.folder.geoid_m:
             values = values + np.float32(tiles.folder.geoid_m)
+        if water is not None:
+            values = water.lowered(values, where)
         if factor == 1:
             found.place(values, where.column, where.row)
         else:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ..settings import SettingError
 from .lattice import MERCATOR_SIDE_M, Lattice
 
-__all__ = ["ENDINGS", "PNG_CODES", "Found", "TileError", "find_tile", "read_tile"]
+__all__ = ["ENDINGS", "MAPS", "PNG_CODES", "Found", "TileError", "find_tile", "read_tile", "tifffile_or_error"]
 
 Heights = NDArray[np.float32]
 
@@ -72,7 +72,7 @@ def find_tile(file: Path, inside: PurePosixPath, size_bytes: int) -> Found:
     ending = file.suffix.lower()
     if ending == ".hgt":
         found = _find_hgt(file, size_bytes)
-    elif ending == ".png":
+    elif ending in (".png", ".jpg", ".jpeg"):
         found = _find_png(file, inside)
     else:
         found = _find_tiff(file)
@@ -191,7 +191,8 @@ def _read_png(file: Path, found: Found, png: str) -> NDArray[Any]:
     return np.where(array[..., 3] == 0, np.nan, heights)
 
 
-def _tifffile() -> Any:
+def tifffile_or_error() -> Any:
+    """The module. TileError without it."""
     try:
         import tifffile
     except ImportError:
@@ -200,11 +201,11 @@ def _tifffile() -> Any:
 
 
 def _find_tiff(file: Path) -> Found:
-    tifffile = _tifffile()
+    tifffile = tifffile_or_error()
     try:
         with tifffile.TiffFile(file) as tiff:
             page = tiff.pages[0]
-            rows, columns = page.shape[:2]
+            rows, columns = page.imagelength, page.imagewidth
             tags = dict(page.geotiff_tags or {})
     except Exception as error:
         raise TileError(f"{file} can't be read: {error}; is it whole? Fetch it again, or remove it") from error
@@ -240,7 +241,7 @@ def _find_tiff(file: Path) -> Found:
 
 
 def _read_tiff(file: Path, found: Found, png: str) -> NDArray[Any]:
-    with _tifffile().TiffFile(file) as tiff:
+    with tifffile_or_error().TiffFile(file) as tiff:
         page = tiff.pages[0]
         try:
             values = page.asarray()

@@ -1,11 +1,4 @@
-"""Which tiles of elevation a folder has, and where they lie: an index that is kept, so that 10^5 tiles open at once.
-
-A map is a folder, searched with all below it, or an index file (.toml) that names folders:
-
-    [[tiles]]
-    folder = "country"         # from the file's own folder
-    png = "terrarium"          # what colours of PNG tiles say: "terrain-rgb" (the default) or "terrarium"
-    geoid_m = 47.3             # added to its heights, for those above the ellipsoid or another datum
+"""Which tiles a folder has, and where they lie: an index that is kept, so that 10^5 tiles open at once.
 
 Names, sizes and times of change of all files are kept with what their headers say, in the cache folder; only new and
 changed files are read again. Broken files cost one warning each and stand for nothing.
@@ -13,14 +6,13 @@ changed files are read again. Broken files cost one warning each and stand for n
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import logging
 import os
-import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +20,10 @@ from numpy.typing import NDArray
 from ..surface.cube_map import FACES
 from ..table_cache import TableCache
 from .lattice import Lattice
-from .tile_files import ENDINGS, PNG_CODES, Found, TileError, find_tile
+from .tile_files import ENDINGS, Found, TileError, find_tile
+from .tile_folders import HEIGHTS, PICTURES, TileFolder, tile_folders
 
-__all__ = ["TileFolder", "TileSet", "is_tiles", "open_tiles", "tiles_stamp"]
+__all__ = ["TileSet", "first_tiles", "folder_sets", "folder_stamp", "is_tiles", "open_tiles", "tiles_stamp"]
 
 log = logging.getLogger(__name__)
 
@@ -38,16 +31,6 @@ Ints = NDArray[np.int64]
 
 _FORMAT = 2
 """Of the kept index; another number forgets what older ones kept."""
-_MOST_GEOID_M = 1e5
-
-
-@dataclass(frozen=True)
-class TileFolder:
-    """A folder of tiles, and how they are to be understood."""
-
-    folder: Path
-    png: str = "terrain-rgb"
-    geoid_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,49 +77,6 @@ def is_tiles(path: str) -> bool:
         return True
 
 
-def tile_folders(path: str, what: str) -> list[TileFolder]:
-    """The folders of the map at `path`. TileError says what is wrong with it."""
-    place = Path(path).expanduser()
-    if place.is_dir():
-        return [TileFolder(place)]
-    if place.suffix.lower() != ".toml":
-        raise TileError(f"{what}: {place} is neither a folder of tiles nor an index file (.toml)")
-    try:
-        table = tomllib.loads(place.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise TileError(f"{what}: {place} can't be read: {error}; correct the file") from error
-    entries = table.pop("tiles", None)
-    if table or not isinstance(entries, list) or not entries:
-        unknown = f", found {', '.join(map(repr, table))}" if table else ""
-        raise TileError(f"{what}: {place}: expected tables [[tiles]] and nothing else{unknown}")
-    return [_entry(place, what, entry) for entry in entries]
-
-
-def _entry(place: Path, what: str, entry: Any) -> TileFolder:
-    known = {"folder": str, "png": str, "geoid_m": (int, float)}
-    if not isinstance(entry, dict):
-        raise TileError(f"{what}: {place}: found {entry!r} in tiles; expected tables [[tiles]]")
-    for key, value in entry.items():
-        if key not in known:
-            raise TileError(f"{what}: {place}: unknown key {key!r} in [[tiles]]; expected {', '.join(known)}")
-        if not isinstance(value, known[key]) or isinstance(value, bool):
-            raise TileError(
-                f"{what}: {place}: {key} = {value!r}; expected a {'text' if key != 'geoid_m' else 'number'}"
-            )
-    geoid_m = float(entry.get("geoid_m", 0.0))
-    if not abs(geoid_m) <= _MOST_GEOID_M:
-        raise TileError(
-            f"{what}: {place}: geoid_m = {geoid_m!r}; expected metres, {-_MOST_GEOID_M:g} to {_MOST_GEOID_M:g}"
-        )
-    folder = place.parent / str(entry.get("folder", "."))
-    if not folder.is_dir():
-        raise TileError(f"{what}: {place}: no folder {str(folder)!r}; correct the path")
-    png = str(entry.get("png", "terrain-rgb"))
-    if png not in PNG_CODES:
-        raise TileError(f"{what}: {place}: png = {png!r}; expected {' or '.join(map(repr, PNG_CODES))}")
-    return TileFolder(folder, png, geoid_m)
-
-
 @dataclass(frozen=True)
 class _Listing:
     """The files of a folder as they are now, sorted by name."""
@@ -146,7 +86,7 @@ class _Listing:
     sizes: Ints
 
     @staticmethod
-    def of(folder: Path) -> _Listing:
+    def of(folder: Path, endings: tuple[str, ...] = ENDINGS) -> _Listing:
         rows: list[tuple[str, int, int]] = []
         waiting = [(str(folder), "")]
         been: set[tuple[int, int]] = set()  # a link may lead back to where one is
@@ -168,7 +108,7 @@ class _Listing:
                     continue
                 if _is_folder(entry):
                     waiting.append((entry.path, f"{inside}{name}/"))
-                elif name.lower().endswith(ENDINGS):
+                elif name.lower().endswith(endings):
                     rows.append((inside + name, *_change(entry)))
         rows.sort()
         numbers = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1, 2)
@@ -198,40 +138,62 @@ def _change(entry: os.DirEntry[str]) -> tuple[int, int]:
     return found.st_mtime_ns, found.st_size
 
 
-def tiles_stamp(path: str) -> tuple[object, ...]:
+def tiles_stamp(path: str, kind: str = HEIGHTS) -> tuple[object, ...]:
     """What tells whether the map at `path` has changed."""
     place = Path(path).expanduser()
     stamp: list[object] = [str(place)]
     if place.is_file():
         stamp.append(place.stat().st_mtime_ns)
     try:
-        folders = tile_folders(path, "")
+        folders = tile_folders(path, "", kind)
     except TileError:
         return tuple(stamp)
-    for each in folders:
-        listing = _Listing.of(each.folder)
-        stamp += [each, listing.digest()]
+    water = folders[0].water if folders else ()
+    for each in (*folders, *water):
+        stamp += folder_stamp(each)
     return tuple(stamp)
 
 
-def open_tiles(path: str, what: str, progress: Callable[[int, int], None] | None = None) -> list[TileSet]:
-    """The sets of the map at `path`, the finest first. progress: (files looked at, of how many), for a first look."""
+def open_tiles(
+    path: str, what: str, progress: Callable[[int, int], None] | None = None, kind: str = HEIGHTS, quiet: bool = False
+) -> list[TileSet]:
+    """The sets of the map at `path`, the finest first. progress: (files looked at, of how many), for a first look.
+    quiet: no word of broken tiles, for whoever opens them again."""
     sets: list[TileSet] = []
-    for folder in tile_folders(path, what):
-        sets += _sets(folder, what, progress)
+    for folder in tile_folders(path, what, kind):
+        sets += folder_sets(folder, what, progress, quiet)
     if not sets:
         raise TileError(
             f"{what}: {path} has no tile of elevation; expected {', '.join(ENDINGS)} files: SRTM tiles such as "
             "N46E007.hgt, GeoTIFFs in degrees, or PNG by zoom/x/y"
+            if kind == HEIGHTS
+            else f"{what}: {path} has no tile of a picture; expected {', '.join(PICTURES)} files: PNG or JPEG by "
+            "zoom/x/y, such as 12/2138/1443.jpg, or GeoTIFFs in degrees"
         )
     return sorted(sets, key=lambda found: found.lattice.step_deg)
 
 
-def _sets(folder: TileFolder, what: str, progress: Callable[[int, int], None] | None) -> list[TileSet]:
-    listing = _Listing.of(folder.folder)
-    kept = _Kept(folder.folder)
+def first_tiles(folder: TileFolder) -> Iterator[tuple[Path, Found]]:
+    """Tiles of a folder by their names, without an index; broken ones are passed over."""
+    listing = _Listing.of(folder.folder, folder.endings)
+    for name, size in zip(listing.names, listing.sizes.tolist(), strict=True):
+        with contextlib.suppress(TileError):
+            yield folder.folder / name, find_tile(folder.folder / name, PurePosixPath(name), size)
+
+
+def folder_stamp(folder: TileFolder) -> tuple[object, ...]:
+    """What tells whether a folder has changed."""
+    return folder, _Listing.of(folder.folder, folder.endings).digest()
+
+
+def folder_sets(
+    folder: TileFolder, what: str, progress: Callable[[int, int], None] | None = None, quiet: bool = False
+) -> list[TileSet]:
+    """The sets of a single folder."""
+    listing = _Listing.of(folder.folder, folder.endings)
+    kept = _Kept(folder.folder, "" if folder.kind == HEIGHTS else "pictures")
     lattices, numbers, where, broken = kept.look(listing, progress)
-    for name, message in broken:
+    for name, message in () if quiet else broken:
         log.warning("%s: %s (left out)", what or name, message)
     sets = []
     for number, lattice in enumerate(lattices):
@@ -244,10 +206,11 @@ def _sets(folder: TileFolder, what: str, progress: Callable[[int, int], None] | 
 class _Kept:
     """What headers of a folder's files said, on disk."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, part: str = "") -> None:
         self._folder = folder
         cache = TableCache("tiles")
-        self._file = None if cache.folder is None else cache.folder / f"{TableCache.key(str(folder.resolve()))}.npz"
+        key = TableCache.key(str(folder.resolve()), *([part] if part else []))
+        self._file = None if cache.folder is None else cache.folder / f"{key}.npz"
 
     def look(
         self, listing: _Listing, progress: Callable[[int, int], None] | None

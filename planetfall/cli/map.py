@@ -1,9 +1,9 @@
-"""`planetfall map`: what folders of elevation tiles hold, and reading them before a scene does."""
+"""`planetfall map`: what folders of tiles hold, and reading those of elevation before a scene does."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import App, Parameter
@@ -17,7 +17,7 @@ from .progress import counted, written
 __all__ = ["map_app"]
 
 console = Console()
-map_app = App(help="Elevation from tiles: what a folder holds, and reading it before a scene does.")
+map_app = App(help="Elevation and pictures from tiles: what a folder holds, and reading heights before a scene does.")
 
 Folder = Annotated[str, Parameter(help="A folder of tiles, or an index file (.toml).")]
 _SEA_LEVEL_RADIUS_M = 6.371e6
@@ -25,20 +25,28 @@ _SEA_LEVEL_RADIUS_M = 6.371e6
 
 @map_app.command(name="info")
 def info_command(
-    folder: Folder, *, width_px: int = 1024, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
+    folder: Folder,
+    *,
+    kind: Literal["heights", "colors", "water"] | None = None,
+    width_px: int = 1024,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
 ) -> None:
-    """Say what a folder of elevation tiles holds: coverage, resolution, ranges and gaps.
+    """Say what a folder of tiles holds, of elevation or of pictures: coverage, resolution, ranges and gaps.
 
-    apart: samples, at the equator of the Earth. voids: samples without a height. missing: tiles that the bounds have
-    room for and that are not there.
+    apart: samples, at the equator of the Earth. voids: samples without a height, pixels that show nothing. missing:
+    tiles that the bounds have room for and that are not there.
 
     Parameters
     ----------
+    kind
+        What its tiles are, "heights", "colors" or "water"; without it what the first one looks like.
     width_px
         Of the picture's longer side.
     output
-        A picture, PNG, of the heights in degrees, lit from the north-west; where there are none it is dark blue.
+        A picture, PNG, in degrees, of pictures or of the heights lit from the north-west; where there are none it is
+        dark blue.
     """
+    from ..engine.real_ground.color_survey import color_survey, kind_of
     from ..engine.real_ground.survey import survey
     from ..engine.real_ground.tile_index import open_tiles
 
@@ -47,16 +55,24 @@ def info_command(
     if output is not None:
         require_writable(output)
     with counted("looking", 1) as progress:
-        sets = open_tiles(folder, "map", progress)
+        what: str = kind or kind_of(folder)
+        sets = open_tiles(folder, "map", progress, what)
+    longest_px = width_px if output is not None else 0
+    found: list[Any]
+    picture: Any
     with counted("reading", sum(map(len, sets))) as progress:
-        found, picture = survey(sets, width_px if output is not None else 0, progress)
-    table = Table("tiles", "apart", "south to north", "west to east", "heights", "voids", "missing", box=None)
+        if what == "heights":
+            found, heights = survey(sets, longest_px, progress)
+            picture = None if heights is None else _relief(heights)
+        else:
+            found, picture = color_survey(sets, longest_px, progress)
+    table = Table("tiles", "apart", "south to north", "west to east", what, "voids", "missing", box=None)
     for facts in found:
         south, west, north, east = facts.bounds_deg
         lattice = facts.tiles.lattice
         table.add_row(
             f"{len(facts.tiles):,}", _apart(lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{south:.3f} to {north:.3f}",
-            f"{west:.3f} to {east:.3f}", _heights(facts), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
+            f"{west:.3f} to {east:.3f}", _values(facts, what), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
             f"{facts.missing:,}",
         )  # fmt: skip
     console.print(table)
@@ -66,40 +82,65 @@ def info_command(
     if output is not None and picture is not None:
         from ..systems.capture import write_png
 
-        write_png(output, _relief(picture))
+        write_png(output, picture)
         written(output)
 
 
 @map_app.command(name="make")
-def make_command(folder: Folder, *, memory_mb: float = 256.0) -> None:
-    """Read elevation tiles and keep what scenes need of them, so that these start at once. May be cut off and goes on.
+def make_command(folder: Folder, *, kind: Literal["heights", "colors"] | None = None, memory_mb: float = 256.0) -> None:
+    """Read tiles and keep what scenes need of them, so that these start at once. Heights that are cut off go on.
 
     Parameters
     ----------
+    kind
+        What its tiles are, "heights" or "colors"; without it what the first one looks like.
     memory_mb
-        As Terrain.height_map_most_mb of the scenes, in MB.
+        As Terrain.height_map_most_mb, or color_map_most_mb, of the scenes, in MB.
     """
+    from ..engine.real_ground.color_reading import make_colors
+    from ..engine.real_ground.color_survey import kind_of
     from ..engine.real_ground.resident import make_ground
+    from ..engine.wavelengths import DISPLAY_NM
 
+    what: str = kind or kind_of(folder)
     if not 1.0 <= memory_mb <= 900.0:
-        raise SettingError(f"memory_mb: {memory_mb:g}; expected 1 to 900 MB, as Terrain.height_map_most_mb")
+        knob = "height_map_most_mb" if what == "heights" else "color_map_most_mb"
+        raise SettingError(f"memory_mb: {memory_mb:g}; expected 1 to 900 MB, as Terrain.{knob}")
+    most_bytes = int(1e6 * memory_mb)
+    levels: list[tuple[float, int, int]]
     with counted("reading", 1) as progress:
-        ground, file = make_ground(folder, int(1e6 * memory_mb), "map", progress)
+        if what == "heights":
+            ground, file = make_ground(folder, most_bytes, "map", progress)
+            levels = [
+                (
+                    level.lattice.sample_m(_SEA_LEVEL_RADIUS_M),
+                    len(level.where),
+                    level.heights.nbytes + level.weights.nbytes,
+                )
+                for level in ground.levels
+            ]
+        else:
+            colors, file = make_colors(folder, DISPLAY_NM, most_bytes, "map", progress)
+            levels = [_level(level, level.pixels.nbytes) for each in colors.sets for level in each.levels]
     table = Table("level", "samples apart", "pages", "MB", box=None)
-    for number, level in enumerate(ground.levels):
-        table.add_row(
-            str(number), _apart(level.lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{len(level.where):,}",
-            f"{(level.heights.nbytes + level.weights.nbytes) / 1e6:.1f}",
-        )  # fmt: skip
+    for number, (apart_m, pages, size) in enumerate(levels):
+        table.add_row(str(number), _apart(apart_m), f"{pages:,}", f"{size / 1e6:.1f}")
     console.print(table)
     written(file)
+
+
+def _level(level: Any, size: int) -> tuple[float, int, int]:
+    """How far apart samples are, pages, bytes."""
+    return level.lattice.sample_m(_SEA_LEVEL_RADIUS_M), len(level.where), size
 
 
 def _apart(sample_m: float) -> str:
     return f"{sample_m:,.1f} m" if sample_m < 100.0 else f"{sample_m:,.0f} m"
 
 
-def _heights(facts: Any) -> str:
+def _values(facts: Any, kind: str) -> str:
+    if kind != "heights":
+        return f"{facts.samples:,} pixels"
     return f"{facts.lowest_m:,.0f} to {facts.highest_m:,.0f} m" if facts.highest_m >= facts.lowest_m else "none"
 
 

@@ -43,12 +43,14 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
             terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None
         ):
             from ..systems.terrain.height import TerrainParams
-            from ..systems.terrain.height_map import color_cube
+            from ..systems.terrain.real_colors import check_pictures, ground_colors
 
             try:
-                TerrainParams.from_component(terrain, radius)
-                if terrain.color_map:
-                    color_cube(terrain.color_map, wavelengths_of(settings))
+                params = TerrainParams.from_component(terrain, radius)
+                if params.pictured and "light.wavelengths" not in settings:
+                    check_pictures(terrain, params)  # a renderer's wavelengths say how they are read
+                else:
+                    ground_colors(terrain, params, wavelengths_of(settings))
             except ValueError as error:
                 problems.append(f"{where}: {error}")
     sea = found(Ocean, "ocean")

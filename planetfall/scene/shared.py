@@ -26,6 +26,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 _NUMBER = re.compile(r"^\d+-")
 _HASHED = 16
 """Digits of the content's checksum in the name of the folder that it is unpacked into."""
+_TILED = {"height_map": "elevation", "color_map": "pictures"}
 
 
 def pack(saved: Path, out: Path) -> Path:
@@ -41,10 +42,10 @@ def pack(saved: Path, out: Path) -> Path:
     inside: dict[Path, str] = {}
     for table, knob in _files_named(data):
         source = saved.parent / table[knob]
-        if knob == "height_map" and (source.is_dir() or source.suffix.lower() == ".toml"):
+        if knob in _TILED and (source.is_dir() or source.suffix.lower() == ".toml"):
             raise PresetError(
-                f"{out}: {knob} names tiles of elevation, {source}, which are no part of a shared scene; give the "
-                "folder along, and let the scene name one file of heights or none"
+                f"{out}: {knob} names tiles of {_TILED[knob]}, {source}, which are no part of a shared scene; give the "
+                "folder along, and let the scene name one file or none"
             )
         if not source.is_file():
             raise PresetError(f"{out}: {knob}: no such file: {source}; a shared scene holds the files that it names")

@@ -82,7 +82,8 @@ class TerrainParams:
     height_map: heights all around; the bounds are raised to hold it. height_map_blend: 0, the map alone makes the broad
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
         samples is, 1 going on as the map itself. real: elevation from tiles, where there is any; the bounds are raised
-        to hold it. colored: a colour map says what the ground looks like.
+        to hold it. colored: a colour map says what the ground looks like. pictured: tiles of pictures do, where there
+        are any.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
     rivers: lines that carve the ground (systems/terrain/rivers/).
@@ -107,6 +108,7 @@ class TerrainParams:
     height_map_detail: float = 1.0
     real: RealGround | None = None
     colored: bool = False
+    pictured: bool = False
     erosion: float = 0.0
     rivers: RiverTable | None = None
 
@@ -172,6 +174,8 @@ class TerrainParams:
                 "set it to 0"
             )
         most_bytes = int(1e6 * float(getattr(terrain, "height_map_most_mb", 256.0)))
+        colors = getattr(terrain, "color_map", "")
+        pictured = bool(colors) and is_tiles(colors)
         knobs: dict[str, Any] = {name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)}
         real = real_ground(path, most_bytes, "Terrain.height_map") if tiles else None
         _asked_for(real)
@@ -181,7 +185,8 @@ class TerrainParams:
             highest_m=float(terrain.highest_m),
             lowest_m=float(terrain.lowest_m),
             layers=int(terrain.layers),
-            colored=bool(getattr(terrain, "color_map", "")),
+            colored=bool(colors) and not pictured,
+            pictured=pictured,
             height_map=height_map(path, None if range_m is None else tuple(range_m)) if path and not tiles else None,
             real=real,
             **knobs,

@@ -30,6 +30,7 @@ from .height_model import (
 from .height_octaves import anchor_ground, heights, model_of
 from .height_params import TerrainParams
 from .height_surface import carve, shader
+from .real_colors import write_anchor
 from .real_texture import MOST_LEVELS, TerrainReal, TerrainRealLevel, fixed_unit_m, write_real
 from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
 from .rivers.texture import river_layout
@@ -103,7 +104,7 @@ class TerrainColorMap:
     """Written by map_textures."""
 
     cells: Annotated[int, "a side of a face of the colour map's cube; 0: no map"]
-    levels: int
+    levels: Annotated[int, "of tiles the width of their texture, a power of two"]
     strength: Annotated[float, "0..1"]
 
 
@@ -241,6 +242,8 @@ def octave_table(
         faces["near"], faces["place"], faces["cell"], faces["fraction"] = near, place, cell, at - cell
     if model.params.real is not None:
         write_real(table, model.params.real, model.real_rough, point, height_m)
+    elif model.params.pictured:
+        write_anchor(table, point)
     if model.params.rivers is not None:
         _write_rivers(table, model.params.rivers, point, height_m)
     if craters:

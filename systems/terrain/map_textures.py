@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UNIT
 from ...engine.gpu import GpuScope
+from ...engine.real_ground.color_ground import ColorGround
 from ...engine.real_ground.real_ground import RealGround
 from ...engine.surface.cube_map import CubeMap
 from .height_map import HeightMap
+from .real_colors import color_texels, pictured_width_bits
 from .real_texture import fixed_unit_m, real_texels
 from .rivers.table import RiverTable
 from .rivers.texture import river_texels
@@ -32,14 +34,15 @@ class MapTextures:
     def show(
         self,
         height: HeightMap | RealGround | None,
-        color: CubeMap | None,
+        color: CubeMap | ColorGround | None,
         rivers: RiverTable | None = None,
         radius_m: float = 0.0,
     ) -> None:
         """Make the textures of these, unless they are there already, and free those of others. radius_m: of the
-        planet, for tiles of elevation."""
-        if isinstance(height, RealGround) and radius_m != self._radius_m:
-            self._shown[0] = None  # its places are counted on the sphere
+        planet, for tiles."""
+        for k, tiles in enumerate((height, color)):
+            if isinstance(tiles, (RealGround, ColorGround)) and radius_m != self._radius_m:
+                self._shown[k] = None  # its places are counted on the sphere
         self._radius_m = radius_m
         for k, found in enumerate((height, color, rivers)):
             if found is self._shown[k]:
@@ -53,6 +56,9 @@ class MapTextures:
             elif isinstance(found, RealGround):
                 words = real_texels(found, fixed_unit_m(radius_m), radius_m)
                 self._textures[k] = self._gpu.texture(words.shape[::-1], "r32ui", words)
+            elif isinstance(found, ColorGround):
+                words = color_texels(found, radius_m)
+                self._textures[k] = self._gpu.texture(words.shape[::-1], "r32ui", words)
             elif isinstance(found, RiverTable):
                 _, texels = river_texels(found)
                 self._textures[k] = self._gpu.texture(texels.shape[1::-1], "rgba32ui", texels.view(np.uint32))
@@ -65,7 +71,9 @@ class MapTextures:
     def write_color(self, table: NDArray[Any], strength: float) -> None:
         """The colour map's part of the height function's table."""
         color = self._shown[1]
-        if color is not None:
+        if isinstance(color, ColorGround):
+            table["color"] = (0, pictured_width_bits(color), strength)
+        elif color is not None:
             table["color"] = (color.cells, len(color.levels), strength)
 
     def bind(self) -> None:

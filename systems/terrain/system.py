@@ -40,20 +40,20 @@ from .coasts import Coasts
 from .debug_passes import TerrainDebugPasses
 from .ground_params import ground_params
 from .height import TerrainField, TerrainParams
-from .height_map import color_cube
 from .height_table import octave_table
 from .labels import GroundLabels, LabelledGround
 from .land_water import LAND_WATER, NARROW_TILES, LandWater
 from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
+from .real_colors import ground_colors
 from .rivers.source import source
 from .rivers.table import RiverTable
 from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
-    *("height_map_range_m", "height_map_most_mb", "color_map"),
+    *("height_map_range_m", "height_map_most_mb", "color_map", "color_map_most_mb", "color_map_unlit"),
     *("rivers", "drainage_cells"),
 )
 _WAIT_S = 2.0
@@ -182,7 +182,7 @@ class TerrainSystem(System):
         self._field_asked = asked
         try:
             params = ground_params(self._component, body.radius_m, sea, before)
-            color = color_cube(self._component.color_map, self._nm) if self._component.color_map else None
+            color = ground_colors(self._component, params, self._nm)
         except ValueError as error:
             # Once: the next frames go on with the last good ground, until something is changed again.
             raise SettingError(f"Terrain on a planet of {body.radius_m:g} m cannot be: {error}") from error
@@ -206,6 +206,7 @@ class TerrainSystem(System):
             "MAPPED": params.height_map is not None,
             "TILED": params.real is not None,
             "COLORED": params.colored,
+            "PICTURED": params.pictured,
             "RIVERS": params.rivers is not None,
             "ERODED": params.erosion > 0.0,
         }

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from countries import hgt_samples, write_country, write_hgt
+from countries import hgt_samples, write_country, write_fields, write_hgt, write_png_tile
 from PIL import Image
 
 import planetfall as pf
 from planetfall.cli.main import main
+from planetfall.engine.real_ground.color_reading import real_colors
 from planetfall.engine.real_ground.survey import survey
 from planetfall.engine.real_ground.tile_index import open_tiles
+from planetfall.engine.wavelengths import DISPLAY_NM
 
 
 @pytest.fixture
@@ -121,3 +123,37 @@ def test_places_as_maps_print_them(text, place):
 def test_what_is_no_place_says_what_is(text):
     with pytest.raises(pf.CameraError, match=r"read_place: .*expected"):
         pf.read_place(text)
+
+
+def test_info_knows_pictures(tmp_path, capsys):
+    """Tiles of pictures by what they look like, and by the index; tiles of terrain-RGB stay heights."""
+    write_fields(tmp_path / "fields", 14, 46.5, 7.5, 2)
+    out = tmp_path / "map.png"
+    assert main(["map", "info", str(tmp_path / "fields"), "-o", str(out), "--width-px", "90"]) == 0
+    said = capsys.readouterr().out
+    assert "colors" in said and "9.5 m" in said and " 0.00 %" in said
+    with Image.open(out) as picture:
+        assert np.asarray(picture)[30, 30, 0] > np.asarray(picture)[30, 30, 2] and max(picture.size) == 90
+    write_png_tile(tmp_path / "heights", 12, 2138, 1443)
+    assert main(["map", "info", str(tmp_path / "heights")]) == 0
+    assert "heights" in capsys.readouterr().out
+    assert main(["map", "info", str(tmp_path / "heights"), "--kind", "colors"]) == 0
+    assert "colors" in capsys.readouterr().out
+    (tmp_path / "map.toml").write_text('[[tiles]]\nfolder = "fields"\nkind = "colors"\n')
+    assert main(["map", "info", str(tmp_path / "map.toml")]) == 0
+    assert "colors" in capsys.readouterr().out
+
+
+def test_make_keeps_pictures(tmp_path, monkeypatch, capsys):
+    """The file has all that a scene reads from tiles, so these need not be opened."""
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    write_fields(tmp_path / "fields", 14, 46.5, 7.5, 2, "jpg")
+    read = real_colors(str(tmp_path / "fields"), DISPLAY_NM, 32_000_000, "map")
+    assert main(["map", "make", str(tmp_path / "fields"), "--memory-mb", "64"]) == 0
+    file = capsys.readouterr().out.splitlines()[-1]
+    assert file.endswith(".npz") and file.startswith(str(tmp_path / "cache"))
+    monkeypatch.setattr("planetfall.engine.real_ground.color_reading.read_color_tile", None)
+    kept = real_colors(str(tmp_path / "fields"), DISPLAY_NM, 64_000_000, "map")
+    assert len(kept.sets) == 1 and kept.sets[0].octaves == read.sets[0].octaves
+    for a, b in zip(kept.sets[0].levels, read.sets[0].levels, strict=True):
+        assert a.lattice == b.lattice and (a.where == b.where).all() and (a.pixels == b.pixels).all()

@@ -29,7 +29,7 @@ ANTIALIASING = "none"
 """One sample in the middle of each pixel: a hole or a crack of a pixel isn't averaged away. Pictures of anti-aliasing
 itself say otherwise."""
 
-SCENES = {"props": str(FOLDER.parent / "data" / "props.toml")}
+SCENES = {name: str(FOLDER.parent / "data" / f"{name}.toml") for name in ("props", "pictures")}
 """Scene files of pictures that are not of a preset."""
 
 Pixels = NDArray[np.uint8]
@@ -161,6 +161,7 @@ VIEW_PICTURES: tuple[Picture, ...] = (
     ),
     *(Picture(f"{planet}/{view}", planet, view) for planet in OTHER_PLANETS for view in ("space", "near")),
     *(Picture(f"props/{view}", "props", view) for view in ("ground", "beach")),
+    Picture("pictures/near", "pictures", "near", KNOB_SIZE),
     *(Picture(f"{planet}/{view}", planet, view) for planet in AIRY_PLANETS for view in ("sunset", "limb", "high")),
 )
 

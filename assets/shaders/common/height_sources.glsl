@@ -6,6 +6,7 @@
 //   TERRAIN_RIVERS                     rivers carve the ground
 //   TERRAIN_ERODED                     some of its relief is gullies
 //   TERRAIN_COLORED                    the ground may have a colour map
+//   TERRAIN_PICTURED                   some of it has pictures, from tiles; never with TERRAIN_COLORED
 //   TERRAIN_SOURCES_CHOSEN             whoever compiles has said so already (measurements)
 #ifndef TERRAIN_SOURCES_CHOSEN
 #define TERRAIN_CRATERED

@@ -4,6 +4,9 @@
 #include "generated/terrain_table.glsl"
 #include "common/cube_atlas.glsl"
 
+#ifdef TERRAIN_PICTURED
+layout(binding = COLOR_MAP_UNIT) uniform usampler2D u_terrain_colors;   // tiles, for terrain/real_colors.glsl
+#else
 layout(binding = COLOR_MAP_UNIT) uniform sampler2D u_terrain_color;  // square roots of albedos
 
 vec3 terrain_color_level(vec3 d, int cells, int level) {
@@ -23,3 +26,4 @@ vec3 terrain_color(vec3 d, TerrainColorMap map, float footprint_rad) {
     int low = int(level), high = min(low + 1, map.levels - 1);
     return mix(terrain_color_level(d, map.cells, low), terrain_color_level(d, map.cells, high), level - float(low));
 }
+#endif

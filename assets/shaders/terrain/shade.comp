@@ -22,6 +22,9 @@
 #include "terrain/ripples.glsl"
 #endif
 #include "terrain/color_map.glsl"
+#ifdef TERRAIN_PICTURED
+#include "terrain/real_colors.glsl"
+#endif
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
@@ -61,6 +64,22 @@ vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), tree, clutter.bush);
     leaves = leaves * (1.0 - clutter.bloomed) + clutter.bloom;
     return mix(stone, leaves * clutter.light, clutter.plant);
+}
+#endif
+
+#ifdef TERRAIN_PICTURED
+// The pictures' colour, over the materials'. Where its pixels are wider than those of the view it is broken up as that
+// of a map of all the planet.
+vec3 pictured(Material material, Ground ground, vec3 D) {
+    ColorsSeen seen = terrain_colors(D, ground.footprint_m / planet.radius_m);
+    if (seen.weight <= 0.0) return material.albedo;
+    float coarse = seen.coarse / seen.weight, variation = terrain_material_block.variation;
+    vec3 color = seen.albedo / seen.weight;
+    color *= 1.0 + coarse * variation * (0.12 * ground.fine + 0.08 * ground.broad);
+    float rock = dot(ROCK_ALBEDO, vec3(1.0)), level = max(dot(DRY_ALBEDO, vec3(1.0)), 1e-3);
+    color *= mix(1.0, clamp(rock / level, 0.6, 1.6), 0.7 * coarse * material.rock);
+    color = mix(color, material.albedo, 0.5 * coarse * ramp(30.0, 0.5, ground.footprint_m));
+    return clamp(mix(material.albedo, color, seen.weight * terrain_table.color.strength), 0.0, 1.0);
 }
 #endif
 
@@ -161,6 +180,9 @@ Shown ground_shown(Spot s, vec4 attributes) {
 #ifdef TERRAIN_COLORED
     if (terrain_table.color.cells > 0)
         material.albedo = colored(material, ground, s.zenith);
+#endif
+#ifdef TERRAIN_PICTURED
+    material.albedo = pictured(material, ground, s.D);
 #endif
     gradient *= 1.0 + LEDGES * material.rock * ground.layered;
     vec3 bumps = material.grain * detail.grain;

@@ -1,0 +1,66 @@
+"""What tiles of pictures hold, all of them read once: gaps, broken ones, and a picture of all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .color_files import read_color_tile
+from .survey import SetFacts, begin_survey, draw_tile
+from .tile_files import TileError
+from .tile_folders import COLORS, HEIGHTS, tile_folders
+from .tile_index import TileSet, first_tiles
+
+__all__ = ["color_survey", "kind_of"]
+
+_MOST_RED = 16
+"""Of the heights that colours of terrain-RGB say: 100 km and more are none."""
+_NOTHING = np.array([8, 13, 38], np.uint8)
+
+
+def kind_of(path: str) -> str:
+    """What the map at `path` is of, COLORS or HEIGHTS, as its first whole tile says; an index file may."""
+    try:
+        folders = tile_folders(path, "map", COLORS)
+    except TileError:  # its entries say what heights mean, or what reads it says what is wrong
+        return HEIGHTS
+    for file, where in (found for folder in folders for found in first_tiles(folder)):
+        try:
+            pixels = read_color_tile(file, where)
+        except (TileError, OSError):
+            continue
+        grey = bool((pixels[..., 0] == pixels[..., 2]).all())
+        if file.suffix.lower() in (".tif", ".tiff"):
+            return HEIGHTS if grey else COLORS
+        seen = pixels[pixels[..., 3] > 0][..., 0]
+        return COLORS if file.suffix.lower() != ".png" or seen.max(initial=0) > _MOST_RED else HEIGHTS
+    return HEIGHTS
+
+
+def color_survey(
+    sets: Sequence[TileSet], longest_px: int = 0, progress: Callable[[int, int], None] | None = None
+) -> tuple[list[SetFacts], NDArray[np.uint8] | None]:
+    """Facts of each set, without heights, and a picture (rows, columns, 3) in degrees, north on top, whose longer side
+    has longest_px; None for 0. The finest set lies on top."""
+    found, shape, corner, scale = begin_survey(sets, longest_px)
+    picture = np.tile(_NOTHING, (*shape, 1)) if longest_px else None
+    total, done = sum(map(len, sets)), 0
+    for facts in reversed(found):
+        for number in range(len(facts.tiles)):
+            file, where = facts.tiles.tile(number)
+            try:
+                pixels = read_color_tile(file, where)
+            except (TileError, OSError) as error:
+                facts.broken.append(str(error))
+                continue
+            there = pixels[..., 3] > 0
+            facts.samples += there.size
+            facts.voids += int(there.size - there.sum())
+            if picture is not None:
+                draw_tile(picture, facts.tiles, pixels[..., :3], there, (where.column, where.row), corner, scale)
+            done += 1
+            if progress is not None:
+                progress(done, total)
+    return found, picture
