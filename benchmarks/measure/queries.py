@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import TerrainSampler
+from ...engine.compiled import switched
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +33,12 @@ def cpu_ms(call: Callable[[], None], runs: int = 3) -> float:
         call()
         samples.append(time.process_time() - start)
     return 1e3 * min(samples)
+
+
+def numpy_cpu_ms(call: Callable[[], None], runs: int = 3) -> float:
+    """The same without compiled loops (engine/compiled.py)."""
+    with switched(False):
+        return cpu_ms(call, runs)
 
 
 def land(sampler: TerrainSampler, count: int, rng: np.random.Generator) -> Floats:

@@ -60,7 +60,8 @@ def _ray_row(
     late, looked = queries.earlier_ground(sampler, part, hit[:few], distance[:few], step)
     what = f"1000 rays to {asked.reach_m / 1e3:g} km, {asked.name}"
     session.row(what, timing=timing, target=at_most(limit_ms, "ms"), target_on="ms",
-                cpu_ms=queries.cpu_ms(cast), hit_share=float(hit.mean()))  # fmt: skip
+                cpu_ms=queries.cpu_ms(cast), numpy_cpu_ms=queries.numpy_cpu_ms(cast),
+                hit_share=float(hit.mean()))  # fmt: skip
     session.row(f"{what}: ground before the hit", error=100.0 * float(late.max()), error_unit="cm",
                 target=at_most(1.0, "cm"), late_rays=int((late > 0.01).sum()), rays=few, march_step_m=step,
                 points=looked)  # fmt: skip
@@ -82,7 +83,7 @@ def _sphere_row(
     depth = sampler.sphere_contact(centers, radius)[0][:few]
     true = radius - queries.nearest_m(sampler, centers[:few], radius)
     session.row(f"200 spheres of {radius:g} m", timing=timing, target=at_most(5.0, "ms"), target_on="ms",
-                cpu_ms=queries.cpu_ms(touch, 15))  # fmt: skip
+                cpu_ms=queries.cpu_ms(touch, 15), numpy_cpu_ms=queries.numpy_cpu_ms(touch, 15))  # fmt: skip
     # The grid's nearest point is at most a spacing aside of the true one, which makes it lie that much farther away.
     grid_m = (3.0 * radius / 240.0) ** 2 / radius
     session.row(f"200 spheres of {radius:g} m: depth", error=1e3 * float(np.abs(depth - true).max()), error_unit="mm",

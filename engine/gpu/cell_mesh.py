@@ -133,7 +133,9 @@ class CellMesh:
     def _make_room(self, count: int) -> bool:
         if count <= self.capacity:
             return False
-        self.capacity = max(count, 2 * self.capacity)
+        # Twice as many, but never more than a buffer may hold while those that are wanted fit.
+        most = self.scope.caps.max_storage_block_bytes // (self.vertices_per_cell * VERTEX_DTYPE.itemsize)
+        self.capacity = max(count, min(2 * self.capacity, most))
         self.scope.free(self._cells)
         self.scope.free(self.topology)
         self._reserve()

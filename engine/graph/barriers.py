@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from .backend import BarrierKind
 from .culling import Culling
@@ -46,13 +47,22 @@ class Barriers:
     because: dict[int, list[Hazard]]
 
 
+class _Touch(NamedTuple):
+    """An access to an object. number, kind: the object's, and the barrier's that it needs; named: of the resource."""
+
+    name: str
+    number: int
+    kind: int
+    named: int
+    stores: bool
+
+
 @dataclass(slots=True)
 class _Access:
     compute: bool
     gated: bool
-    touched: list[str]
-    history: tuple[str, ...]
-    written: set[str]
+    touches: tuple[list[_Touch], list[_Touch]]
+    """In frames of either parity."""
 
 
 def place_barriers(
@@ -62,13 +72,15 @@ def place_barriers(
     passes = _accesses(model, culling, lifetimes, together)
     placed = [0] * len(passes)
     because: dict[int, list[Hazard]] = {}
+    known: set[tuple[int, str]] = set()
     added = any(access.compute for access in passes)
     while added:
         added = False
-        for hazard in _walk(model, lifetimes, passes, placed):
-            known = because.setdefault(hazard.later, [])
-            if all(hazard.resource != other.resource for other in known):
-                known.append(hazard)
+        for hazard in _walk(passes, placed):
+            named = hazard.later, hazard.resource
+            if named not in known:
+                known.add(named)
+                because.setdefault(hazard.later, []).append(hazard)
                 placed[hazard.later] |= hazard.kind  # seen by the walk, which goes on from here
                 added = True
     return Barriers(placed[:-1], placed[-1], because)
@@ -84,45 +96,62 @@ def open_hazards(
     """Hazards that these barriers leave open; none for those of place_barriers."""
     placed = [*barriers.before, barriers.at_end]
     passes = _accesses(model, culling, lifetimes, together)
-    return [h for h in _walk(model, lifetimes, passes, placed) if not placed[h.later] & h.kind]
+    return [h for h in _walk(passes, placed) if not placed[h.later] & h.kind]
 
 
 def _accesses(model: GraphModel, culling: Culling, lifetimes: Lifetimes, together: frozenset[int]) -> list[_Access]:
     """Of the passes that run, and at last of whoever reads the exports."""
+    numbers: dict[Key, int] = {}
+    objects: list[dict[str, tuple[int, int, int]]] = [{}, {}]
+
+    def touch(name: str, parity: int, stores: bool) -> _Touch:
+        known = objects[parity].get(name)
+        if known is None:
+            key = lifetimes.key(name, parity)
+            number = numbers.setdefault(key, len(numbers))
+            known = objects[parity][name] = number, _kind_of_key(model, lifetimes, key), _kind(model, name)
+        return _Touch(name, known[0], known[1], known[2], stores)
+
     passes = []
     for i in culling.alive:
         decl = model.passes[i]
         written = [*(spec.name for spec in decl.creates), *decl.writes]
-        gated = decl.when is not None or i in together
-        touched = [*model.reads[i], *written]
-        passes.append(_Access(decl.kind == "compute", gated, touched, decl.history, set(written)))
+        compute, stored = decl.kind == "compute", set(written)
+        even, odd = (
+            [touch(name, parity, compute and name in stored) for name in (*model.reads[i], *written)]
+            + [touch(name, 1 - parity, False) for name in decl.history]
+            for parity in (0, 1)
+        )
+        passes.append(_Access(compute, decl.when is not None or i in together, (even, odd)))
     exported = [name for name in model.exports if name in lifetimes.span or name in model.imports]
-    return [*passes, _Access(False, False, exported, (), set())]
+    even, odd = ([touch(name, parity, False) for name in exported] for parity in (0, 1))
+    return [*passes, _Access(False, False, (even, odd))]
 
 
-def _walk(model: GraphModel, lifetimes: Lifetimes, passes: list[_Access], placed: list[int]) -> Iterator[Hazard]:
+def _walk(passes: list[_Access], placed: list[int]) -> Iterator[Hazard]:
     """Some frames, with what is placed: every hazard, closed or open. Of what is placed while it goes on, too."""
-    stored: dict[Key, int] = {}
-    accessed: dict[Key, int] = {}
+    kinds = [int(kind) for kind in BarrierKind]
+    stored: dict[int, dict[int, int]] = {kind: {} for kind in kinds}
+    """By kind of barrier: objects, and the last pass that stored into them. accessed: that touched them."""
+    accessed: dict[int, dict[int, int]] = {kind: {} for kind in kinds}
     for frame in range(_FRAMES):
         for place, access in enumerate(passes):
-            now = [(name, lifetimes.key(name, frame & 1)) for name in access.touched]
-            touches = [(name, key, access.compute and name in access.written) for name, key in now]
-            touches += [(name, lifetimes.key(name, 1 - frame & 1), False) for name in access.history]
-            for name, key, stores in touches:
-                if key in stored:
-                    yield Hazard(name, _kind(model, name), stored[key], place, True)
-                elif stores and key in accessed:
-                    yield Hazard(name, _kind(model, name), accessed[key], place, False)
+            touches = access.touches[frame & 1]
+            for name, number, kind, named, stores in touches:
+                if (earlier := stored[kind].get(number)) is not None:
+                    yield Hazard(name, named, earlier, place, True)
+                elif stores and (earlier := accessed[kind].get(number)) is not None:
+                    yield Hazard(name, named, earlier, place, False)
             if placed[place] and not access.gated:
                 # One that may be skipped together with its pass promises nothing to those behind it.
-                for seen in (stored, accessed):
-                    for key in [k for k in seen if placed[place] & _kind_of_key(model, lifetimes, k)]:
-                        del seen[key]
-            for _, key, stores in touches:
-                accessed[key] = place
+                for kind in kinds:
+                    if placed[place] & kind:
+                        stored[kind].clear()
+                        accessed[kind].clear()
+            for _, number, kind, _, stores in touches:
+                accessed[kind][number] = place
                 if stores:
-                    stored[key] = place
+                    stored[kind][number] = place
 
 
 def _kind(model: GraphModel, name: str) -> int:

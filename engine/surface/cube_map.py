@@ -17,9 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compiled import Kernels
+
 __all__ = ["FACES", "CubeMap", "cube_of", "face_directions", "face_place", "face_planes"]
 
 Floats = NDArray[np.float64]
+_COMPILED = Kernels(__package__, "cube_map_kernels")
 Samples = NDArray[np.float32]
 
 FACES = ("px", "py", "nx", "ny", "pz", "nz")
@@ -92,7 +95,19 @@ class CubeMap:
 
     def sample(self, points: Floats, level: int = 0) -> Floats:
         """Values (channels, N) in the directions of points (3, N)."""
+        if (compiled := _COMPILED()) is not None:
+            return compiled.sample(self.levels[level], points)
         return self._cubic(points, level, slopes=False)[0]
+
+    @staticmethod
+    def block_values(values: Floats, points: Floats) -> Floats:
+        """Of blocks (6, n, n), a face's in equal parts, those that points (3, N) lie in (N,)."""
+        if (compiled := _COMPILED()) is not None:
+            return compiled.block_values(values, points)
+        blocks = values.shape[1]
+        face, s, t, _ = face_place(points)
+        i, j = (np.clip(((v * 0.5 + 0.5) * blocks).astype(np.int64), 0, blocks - 1) for v in (s, t))
+        return values[face, j, i]
 
     def sample_gradient(self, points: Floats, level: int = 0) -> tuple[Floats, Floats]:
         """Values (channels, N) and their derivatives by the points, (channels, 3, N)."""

@@ -103,11 +103,19 @@ _ABOVE, _FORM, _CHANGED = (
     _MADE["crater_form"],
     ("form", "d_form", "covered", "d_covered", "new_covered"),
 )
-crater_relief = _MADE.python(_FORM.only("crater_relief", ("form", "fresh", "size", "covered")))
+_RELIEF = _FORM.only("crater_relief", ("form", "fresh", "size", "covered"))
+_RISE = _MADE["crater_profile"].only("crater_rise", ("form", "covered"))
+crater_relief = _MADE.python(_RELIEF)
 """crater_form without what slopes need."""
 crater_slopes = _MADE.python(_FORM.only("crater_slopes", [name for name in _FORM.results if name != "dug"]))
-crater_rise = _MADE.python(_MADE["crater_profile"].only("crater_rise", ("form", "covered")))
+crater_rise = _MADE.python(_RISE)
 """crater_profile without slopes."""
+
+
+def scalars() -> list[str]:
+    """Python of single numbers, to be compiled."""
+    made = [_MADE[name] for name in ("crater_above", "crater_sizes", "crater_profile")]
+    return [_MADE.scalar(f) for f in (*made, _RELIEF, _RISE)]
 
 
 def shader() -> str:

@@ -8,12 +8,13 @@ parts allow.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from .crater_form import CraterShape, crater_rise, crater_sizes
 from .craters import SHIFTS, STEPS, TEN_BITS, Craters, draws, mixed
 
@@ -21,7 +22,8 @@ __all__ = ["CraterPaths", "found_along", "rest_m"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+
+_COMPILED = Kernels(__package__, "crater_path_kernels")
 
 REACH = 2.0
 """Ejecta end at so many radii."""
@@ -32,44 +34,97 @@ _BOWL = 0.25
 
 @dataclass
 class CraterPaths:
-    """Craters by stretch, octave and age. Arrays (C,), `centre` (3, C): the foot of its axis on the sphere, metres."""
+    """Craters by stretch, octave and age."""
 
-    stretch: Ints
-    octave: Ints
-    age: Ints
-    centre: Floats
-    inverse_radius: Floats
-    """1/m."""
-    relief_m: Floats
-    """Radius times freshness: what the profile is multiplied with."""
-    fresh: Floats
-    kept: Floats
-    a: Floats
-    b: Floats
-    """Distances of the stretch's ends from the axis by the crater's radius."""
-    height_a: Floats
-    height_b: Floats
-    """Metres."""
+    names: Ints
+    """(3, C): stretch, octave, age"""
+    numbers: Floats
+    """(11, C): the columns below, in their order"""
 
     @classmethod
     def none(cls) -> CraterPaths:
-        whole, numbers = np.zeros(0, np.int64), np.zeros(0)
-        return cls(whole, whole, whole, np.zeros((3, 0)), *(numbers for _ in range(8)))
+        return cls(np.zeros((3, 0), np.int64), np.zeros((11, 0)))
+
+    @property
+    def stretch(self) -> Ints:
+        return self.names[0]
+
+    @property
+    def octave(self) -> Ints:
+        return self.names[1]
+
+    @property
+    def age(self) -> Ints:
+        return self.names[2]
+
+    @property
+    def centre(self) -> Floats:
+        """(3, C): the foot of its axis on the sphere, metres"""
+        return self.numbers[:3]
+
+    @property
+    def inverse_radius(self) -> Floats:
+        """1/m"""
+        return self.numbers[3]
+
+    @property
+    def relief_m(self) -> Floats:
+        """Radius times freshness: what the profile is multiplied with."""
+        return self.numbers[4]
+
+    @property
+    def fresh(self) -> Floats:
+        return self.numbers[5]
+
+    @property
+    def kept(self) -> Floats:
+        return self.numbers[6]
+
+    @property
+    def a(self) -> Floats:
+        """Distance of the stretch's first end from the axis by the crater's radius."""
+        return self.numbers[7]
+
+    @property
+    def b(self) -> Floats:
+        return self.numbers[8]
+
+    @property
+    def height_a(self) -> Floats:
+        """Metres at that end."""
+        return self.numbers[9]
+
+    @property
+    def height_b(self) -> Floats:
+        return self.numbers[10]
 
     def __len__(self) -> int:
-        return len(self.stretch)
+        return self.names.shape[1]
 
-    def take(self, which: Mask | Ints) -> CraterPaths:
-        return CraterPaths(*(getattr(self, f.name)[..., which] for f in fields(self)))
+    def take(self, which: Ints) -> CraterPaths:
+        return CraterPaths(self.names.take(which, axis=1), self.numbers.take(which, axis=1))
+
+    def renumbered(self, number: Ints) -> CraterPaths:
+        """Those of stretches whose `number` (S,) is not negative, which it is from then on."""
+        if (compiled := _COMPILED()) is not None:
+            return CraterPaths(*compiled.kept((self.names, self.numbers), number))
+        stretch = number[self.stretch]
+        found = self.take(np.flatnonzero(stretch >= 0))
+        found.stretch[:] = stretch[stretch >= 0]
+        return found
 
     def joined(self, other: CraterPaths) -> CraterPaths:
         """Both, by stretch, octave and age."""
         if not len(self) or not len(other):
             return other if len(other) else self
-        found = CraterPaths(
-            *(np.concatenate([getattr(self, f.name), getattr(other, f.name)], axis=-1) for f in fields(self))
-        )
-        return found.take(np.argsort((found.stretch * 32 + found.octave) * 8 + found.age, kind="stable"))
+        if (compiled := _COMPILED()) is not None:
+            return CraterPaths(*compiled.joined((self.names, self.numbers), (other.names, other.numbers)))
+        return CraterPaths(
+            np.concatenate([self.names, other.names], axis=1), np.concatenate([self.numbers, other.numbers], axis=1)
+        ).sorted()
+
+    def sorted(self) -> CraterPaths:
+        return self.take(np.argsort((self.stretch * 32 + self.octave) * 8 + self.age, kind="stable"))
 
     def heights(self, craters: Craters, away: Floats) -> tuple[Floats, Floats]:
         """Of each crater alone (C,) at distances `away` (C,) in radii, and how much of what is older it wipes out."""
@@ -102,6 +157,8 @@ class CraterPaths:
         craters that are listed here."""
         if not len(self):
             return np.zeros(len(length_m))
+        if (compiled := _COMPILED()) is not None:
+            return compiled.rise(craters, (self.names, self.numbers), length_m)
         wall, _floor, rim, peak = craters.shape[self.octave].T
         d = length_m[self.stretch] * self.inverse_radius
         low = np.maximum(0.5 * (self.a + self.b - d), 0.0)
@@ -143,6 +200,9 @@ class CraterPaths:
     def halves(self, craters: Craters, middle: Floats, length_m: Floats, stretches: int) -> tuple[CraterPaths, Floats]:
         """The craters of both halves of each stretch, numbered 2 s and 2 s + 1, and what they add to the height at the
         middle (S,). middle: (3, S) on the sphere, m; length_m (S,): of the halves."""
+        if (compiled := _COMPILED()) is not None:
+            lists, added = compiled.halves(craters, (self.names, self.numbers), middle, length_m)
+            return CraterPaths(*lists), added
         away = np.sqrt(((middle[:, self.stretch] - self.centre) ** 2).sum(axis=0)) * self.inverse_radius
         height, covers = self.heights(craters, away)
         added = self.sums(height, covers, stretches)
@@ -151,11 +211,9 @@ class CraterPaths:
         for side, (a, b) in enumerate(((self.a, away), (away, self.b))):
             near = np.flatnonzero(0.5 * (a + b - d) < REACH)
             part = self.take(near)
-            part.stretch = 2 * part.stretch + side
-            if side == 0:
-                part.b, part.height_b = away[near], height[near]
-            else:
-                part.a, part.height_a = away[near], height[near]
+            part.names[0] = 2 * part.stretch + side
+            first = 8 - side  # columns of the end in the middle
+            part.numbers[first], part.numbers[first + 2] = away[near], height[near]
             parts.append(part)
         return parts[0].joined(parts[1]), added
 
@@ -176,9 +234,13 @@ class _Cells(NamedTuple):
 def found_along(
     craters: Craters, octaves: Ints, ends: tuple[Floats, Floats], length_m: Floats
 ) -> tuple[CraterPaths, Floats, Floats]:
-    """Craters of `octaves` along stretches between places `ends` (3, S) on the sphere, `length_m` (S,) long at most;
-    and what they add to the heights at both ends (S,). Cells have to be as wide as the stretches are long."""
+    """Craters of `octaves`, which follow one another, along stretches between places `ends` (3, S) on the sphere,
+    `length_m` (S,) long at most; and what they add to the heights at both ends (S,). Cells have to be as wide as the
+    stretches are long."""
     count, radius = len(length_m), craters.radius_m
+    if (compiled := _COMPILED()) is not None and count and len(octaves):
+        lists, *sums = compiled.found(craters, int(octaves[0]), int(octaves[-1]) + 1, ends, length_m)
+        return CraterPaths(*lists), *sums
     middle = 0.5 * (ends[0] + ends[1])
     middle *= radius / np.sqrt((middle * middle).sum(axis=0))
     stretch, octave = np.repeat(np.arange(count), len(octaves)), np.tile(octaves, count)
@@ -195,11 +257,11 @@ def found_along(
     inverse = np.sqrt(smaller / room) * frequency
     centre = place * (radius / away)
     a, b = (np.sqrt(((end[:, s] - centre) ** 2).sum(axis=0)) * inverse for end in ends)
-    found = CraterPaths(s, k, age, centre, inverse, fresh / inverse, fresh, kept, a, b, a, b)
-    found = found.take((kept > 0.0) & (0.5 * (a + b - length_m[s] * inverse) < REACH))
-    found = found.take(np.argsort((found.stretch * 32 + found.octave) * 8 + found.age, kind="stable"))
-    found.height_a, cover_a = found.heights(craters, found.a)
-    found.height_b, cover_b = found.heights(craters, found.b)
+    numbers = np.stack([*centre, inverse, fresh / inverse, fresh, kept, a, b, a, b])
+    found = CraterPaths(np.stack([s, k, age]), numbers)
+    found = found.take(np.flatnonzero((kept > 0.0) & (0.5 * (a + b - length_m[s] * inverse) < REACH))).sorted()
+    found.numbers[9], cover_a = found.heights(craters, found.a)
+    found.numbers[10], cover_b = found.heights(craters, found.b)
     return found, found.sums(found.height_a, cover_a, count), found.sums(found.height_b, cover_b, count)
 
 

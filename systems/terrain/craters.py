@@ -26,6 +26,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from ...engine.surface.noise import octave_offset
 from .crater_form import CraterShape, crater_above, crater_relief, crater_slopes
 from .height_steps import layer_weight
@@ -33,6 +34,8 @@ from .height_steps import layer_weight
 __all__ = ["MOST_OCTAVES", "Craters", "craters_of", "fresh_shape"]
 
 Floats = NDArray[np.float64]
+
+_COMPILED = Kernels(__package__, "crater_kernels")
 
 MOST_OCTAVES = 18
 """Slots in the GPU's table: from 250 km down to 1 m."""
@@ -87,10 +90,14 @@ class Craters:
 
     def heights(self, points: Floats) -> Floats:
         """Heights (N,) that craters add at `points` (3, N), metres."""
+        if (compiled := _COMPILED()) is not None:
+            return compiled.heights(self, points)
         return self._evaluate(points, None, gradients=False)[0]
 
     def octave_heights(self, points: Floats) -> Floats:
         """Heights (K, N) that each octave adds at `points` (3, N), metres."""
+        if (compiled := _COMPILED()) is not None:
+            return compiled.octave_heights(self, points)
         return self._octaves(slice(None), points, None, gradients=False)[0]
 
     def heights_gradients(self, points: Floats, footprint_m: Floats | None) -> tuple[Floats, Floats]:

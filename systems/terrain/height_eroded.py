@@ -9,17 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from ...engine.surface.noise import Corners, Scratch
 from .gullies import END_GULLY, FALLING_LAYERS, FIRST_GULLY, GullyLayers, crest_slopes, gully_layers
 from .height_added import added_gradients, added_heights
 from .height_model import FIELDS, WARPED_LAYERS, Model, continent_weights
 from .height_steps import layer_weight, ridge, ridge_slope
-from .height_surface import carve_slopes, falling_slopes, side_rough, side_rough_slopes, surface_slopes
+from .height_surface import (
+    carve_slopes,
+    falling_slopes,
+    hypsometry_slope,
+    side_rough,
+    side_rough_slopes,
+    surface_slopes,
+)
 from .rivers.valleys import Valleys, shown_slopes, valleys
 
 __all__ = ["eroded_gradients", "eroded_noises"]
 
 Floats = NDArray[np.float64]
+
+_COMPILED = Kernels(__package__, "eroded_kernels")
 
 _WEIGHTS = np.stack(continent_weights())
 _SCRATCH, _WARPED_SCRATCH = Scratch(), Scratch()
@@ -45,14 +55,17 @@ class _Octaves:
 
 
 def eroded_noises(points: Floats, model: Model) -> tuple[Any, Floats, Floats, Valleys | None, tuple[Any, Any]]:
-    """At points (3, N): what `surface_parts` gives, four of (N,); z (N,); what of it is gullies (N,); valleys of
-    rivers; and `added_heights`."""
-    octaves = _octaves(points, model, False)
+    """At points (3, N): height without the relief, roughness, 0..1 where ranges stand, and metres that heights change
+    by a unit of x, four of (N,); z (N,); what of it is gullies (N,); valleys of rivers; and `added_heights`."""
     cut = None if model.params.rivers is None else valleys(model.params.rivers, points, "open")
     added = added_heights(points, model)
-    v, found, parts = _layers(points, model, octaves, added, cut, None)
+    if (compiled := _COMPILED()) is not None:
+        parts, z, furrows = compiled.eroded(points, model, added, cut)
+        return tuple(parts), z, furrows, cut, added
+    octaves = _octaves(points, model, False)
+    v, found, (*parts, x) = _layers(points, model, octaves, added, cut, None)
     furrows = model.amplitude_m[_own(found)] @ (found.share * found.wave)
-    return parts, model.sums[2] @ v, furrows, cut, added
+    return (*parts, hypsometry_slope(model.constants, x)), model.sums[2] @ v, furrows, cut, added
 
 
 def eroded_gradients(points: Floats, model: Model, footprint_m: Floats | None) -> tuple[Floats, Floats]:

@@ -81,21 +81,14 @@ def _block_slopes(found: HeightMap, radius_m: float) -> Floats:
     wide = np.empty((6, blocks + 2, blocks + 2))
     for face in range(6):
         points = face_directions(face, *np.broadcast_arrays(middle[None, :], middle[:, None])).reshape(-1, 3).T
-        wide[face] = steep[_block_of(points, blocks)].reshape(blocks + 2, blocks + 2)
+        wide[face] = CubeMap.block_values(steep, points).reshape(blocks + 2, blocks + 2)
     near = [wide[:, j : j + blocks, i : i + blocks] for j in range(3) for i in range(3)]
     return _STEEPER * np.maximum.reduce(near)
 
 
-def _block_of(points: Floats, blocks: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    face, s, t, _ = face_place(points)
-    i, j = (np.clip(((v * 0.5 + 0.5) * blocks).astype(np.int64), 0, blocks - 1) for v in (s, t))
-    return face, j, i
-
-
 def slopes_at(found: HeightMap, points: Floats, radius_m: float) -> Floats:
     """Slopes (N,) that the map hardly ever exceeds around points (3, N)."""
-    steep = found.slopes(radius_m)
-    return steep[_block_of(points, steep.shape[1])]
+    return CubeMap.block_values(found.slopes(radius_m), points)
 
 
 def map_level(sample_m: float, footprint_m: Floats, levels: int) -> Floats:

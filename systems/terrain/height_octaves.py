@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from ...engine.surface.noise import Scratch
 from .height_added import added_gradients, added_heights
 from .height_eroded import eroded_gradients, eroded_noises
@@ -34,6 +35,7 @@ BLOCK = 1000
 """Points evaluated at once: fewer leave numpy idle between calls, more leave the second-level cache."""
 
 _SCRATCH = Scratch()
+_COMPILED = Kernels(__package__, "height_kernels")
 
 
 @lru_cache(maxsize=16)
@@ -67,9 +69,11 @@ def _uncarved(points: Floats, model: Model) -> tuple[Floats, Floats | float, Val
     if model.gullied:
         (base, rough, _, _), z, furrows, cut, (added, rougher) = eroded_noises(points, model)
         return limit(k, base + (rough + rougher) * z + added), furrows, cut
-    w1, c, b, shapes, z = _noises(points, model)
     cut = None if table is None else valleys(table, points)
     added, rougher = added_heights(points, model)
+    if (compiled := _COMPILED()) is not None:
+        return compiled.heights(points, model, added, rougher), 0.0, cut
+    w1, c, b, shapes, z = _noises(points, model)
     if 0 < points.shape[1] <= FEW_POINTS:  # plain floats are ten times faster than arrays of one
         parts = (*w1, c, b, *shapes, z, added, rougher)
         rows = [v.tolist() if isinstance(v, np.ndarray) else [v] * points.shape[1] for v in parts]
@@ -107,10 +111,10 @@ def _procedural_slopes(points: Floats, model: Model) -> tuple[Floats, Floats]:
     ranges, continents, craters and map.
     """
     k = model.constants
-    (base, rough, on_land, x), z, furrows, cut = broad_parts(points, model)
+    (base, rough, on_land, by_x), z, furrows, cut = broad_parts(points, model)
     added, rougher = added_heights(points, model)
     rough = rough + rougher
-    slope = model.broad_slope(hypsometry_slope(k, x)) + model.range_slope * on_land + model.relief_slope * rough
+    slope = model.broad_slope(by_x) + model.range_slope * on_land + model.relief_slope * rough
     if model.craters:
         slope += model.craters.slope
     if model.params.height_map:
@@ -135,14 +139,18 @@ STEEPEST_BANK = 0.6
 def broad_parts(
     points: Floats, model: Model
 ) -> tuple[tuple[Floats, Floats, Floats, Floats], Floats, Floats | float, Valleys | None]:
-    """What `surface_parts` gives, four of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of
-    rivers."""
+    """Height without the relief, roughness, 0..1 where ranges stand, and metres that heights change by a unit of x,
+    four of (N,), at points (3, N); z (N,); what of it is gullies (N,), and valleys of rivers."""
+    k, table = model.constants, model.params.rivers
     if model.gullied:
         return eroded_noises(points, model)[:4]
-    table = model.params.rivers
+    cut = None if table is None else valleys(table, points)
+    if (compiled := _COMPILED()) is not None:
+        parts, z = compiled.parts(points, model)
+        return tuple(parts), z, 0.0, cut
     w1, c, b, shapes, z = _noises(points, model)
-    parts = surface_parts(model.constants, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
-    return parts, z, 0.0, None if table is None else valleys(table, points)
+    *parts, x = surface_parts(k, w1[0], w1[1], w1[2], c, b, shapes[0], shapes[1])
+    return (*parts, hypsometry_slope(k, x)), z, 0.0, cut
 
 
 def widest_noise(points: Floats, model: Model) -> Floats:

@@ -194,7 +194,7 @@ class _Search:
         added = np.zeros(len(places))
         added[a], added[b] = height_a, height_b  # neighbours agree on what they share
         places.craters += added
-        found.stretch = found.stretch + (part.start or 0)
+        found.names[0] += part.start or 0
         self.paths = self.paths.joined(found)
 
     def _refine(self, before: Detail, detail: Detail, parts: int) -> None:
@@ -266,10 +266,7 @@ class _Search:
         number = np.full(len(self.a), -1)
         number[which] = np.arange(len(which))
         if len(self.paths):
-            stretch = number[self.paths.stretch]
-            there = stretch >= 0
-            self.paths = self.paths.take(there)
-            self.paths.stretch = stretch[there]
+            self.paths = self.paths.renumbered(number)
         a, b = self.a[which], self.b[which]
         used = np.zeros(len(self.places), bool)
         used[a] = used[b] = True

@@ -21,9 +21,10 @@ from __future__ import annotations
 import ast
 import copy
 import linecache
+import pickle
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -173,7 +174,7 @@ class Statements:
     @property
     def names(self) -> list[str]:
         """Of functions that are statements, in their order."""
-        return [name for name in self._nodes if name != "shader"]
+        return [name for name, node in self._nodes.items() if node.args.args]
 
     def python(self, f: Function) -> Any:
         """f as a function of k and the inputs: of one result its value, else a tuple."""
@@ -185,6 +186,14 @@ class Statements:
         linecache.cache[file] = (len(body), None, body.splitlines(True), file)  # for tracebacks
         exec(compile(body, file, "exec"), self._known)
         return self._known[f.name]
+
+    def scalar(self, f: Function) -> str:
+        """f as Python for single numbers, to be compiled: k is a tuple of its fields, and roots are taken by `sqrt`."""
+        writer = _Scalar(self._known, f)
+        lines = [f.read(name, writer.of(value)) for name, value in f.lines]
+        results = ", ".join(map(writer.of, f.results.values()))
+        head = ", ".join([*("k" for _ in (f.constants,) if f.constants), *f.inputs])
+        return "\n    ".join([f"def {f.name}({head}):", *lines, f"return {results}\n"])
 
     def glsl(self, f: Function, real: str) -> str:
         """f as terrain_<name> of float or Pair. Several results are a struct, such as TerrainSurfaceSlopes, or
@@ -200,6 +209,30 @@ class Statements:
         lines = [f"{text.type_of(name)} {f.read(name, text.of(value, text.type_of(name)))};" for name, value in f.lines]
         body = "\n    ".join([f"{kind} terrain_{f.name}({', '.join(head)}) {{", *lines, f"return {results};"])
         return f"{struct}{body}\n}}\n"
+
+
+class _Scalar(ast.NodeTransformer):
+    """Writes expressions of single numbers. Numbers stand in place of their names."""
+
+    def __init__(self, known: Mapping[str, Any], f: Function) -> None:
+        self._known, self._own = known, {*f.inputs, *dict(f.lines)}
+        kind = known[f.constants] if f.constants else None
+        self._places = {field.name: i for i, field in enumerate(fields(kind))} if kind else {}
+
+    def of(self, node: ast.expr) -> str:
+        return ast.unparse(self.visit(pickle.loads(pickle.dumps(node))))  # a third of copy.deepcopy's time
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return ast.Subscript(node.value, ast.Constant(self._places[node.attr]))
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        number = None if node.id in self._own else self._known.get(node.id)
+        return ast.Constant(number) if isinstance(number, float) else node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        if isinstance(node.op, ast.Pow):
+            return ast.Call(ast.Name("sqrt"), [self.visit(node.left)], [])
+        return self.generic_visit(node)  # pyright: ignore[reportReturnType]
 
 
 @dataclass(frozen=True)

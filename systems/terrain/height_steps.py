@@ -106,6 +106,14 @@ _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), globals())
 _CHANGES = [_MADE[name].change(["t"]) for name in ("smoothstep", "bump", "positive")] + [_MADE["ridge"].change(["n"])]
 
 
+def scalars() -> list[str]:
+    """Python of single numbers, to be compiled, of what height_surface and height_octaves call."""
+    return [_MADE.scalar(_MADE[name]) for name in ("smoothstep", "bump", "positive", "ridge", *_SCALAR_SLOPES)]
+
+
+_SCALAR_SLOPES = ("smoothstep_slope", "bump_slope", "positive_slope", "ridge_slope", "layer_weight")
+
+
 def shader() -> str:
     """GLSL: all of them in float, and with TERRAIN_CANONICAL, but for slopes, in pairs; without it their changes."""
     changes = [name for name in _MADE.names if name.endswith("_change")]

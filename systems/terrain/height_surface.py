@@ -112,8 +112,17 @@ surface_slopes = _MADE.python(_SLOPES["surface"])
 """(k, the inputs of `surface`, seen_z) -> the height, its derivatives by the inputs, and on_land."""
 _PARTS = ("base", "rough", "on_land", "x")
 _FALLING = _MADE["surface"].slopes({}, _PARTS)
-falling_slopes = _MADE.python(_FALLING.only("falling_slopes", ["value", "by_sa", "by_sb", "by_z", *_PARTS]))
+_FALLING_SLOPES = _FALLING.only("falling_slopes", ["value", "by_sa", "by_sb", "by_z", *_PARTS])
+falling_slopes = _MADE.python(_FALLING_SLOPES)
 """(k, the inputs of `surface`) -> the height, its derivatives by what may be steep, and what `surface_parts` gives."""
+
+
+def scalars() -> list[str]:
+    """Python of single numbers, to be compiled: statements, then derivatives."""
+    made = [_MADE[name] for name in ("hypsometry", "limit", "surface_parts", "surface", "carve")]
+    made += [_SLOPES[name] for name in ("hypsometry", "limit", "surface")]
+    eroded = [_FALLING_SLOPES, _SLOPES["carve"], _MADE["side_rough"]]
+    return [_MADE.scalar(f) for f in (*made, *eroded)]
 
 
 def shader() -> str:

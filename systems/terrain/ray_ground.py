@@ -23,6 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.compiled import Kernels
 from ...engine.surface.noise import Lattice
 from .crater_paths import rest_m
 from .height_added import MOST_ROUGH
@@ -31,13 +32,15 @@ from .height_model import FIELDS, SHAPE_LAYERS, WARPED_LAYERS, Model
 from .height_octaves import BLOCK, broad_parts, ridge_layers
 from .height_params import forget_with_tiles
 from .height_steps import RIDGE_ROUND, RIDGE_SLOPE, RIDGE_TOP
-from .height_surface import hypsometry_slope, limit
+from .height_surface import limit
 from .real_heights import below_samples, margin_slopes, unlimited
 from .rivers.steepness import Steepness, steepness
 
 __all__ = ["Detail", "Kind", "detail_of", "ground_at", "kinds", "layers_at"]
 
 Floats = NDArray[np.float64]
+
+_COMPILED = Kernels(__package__, "height_kernels")
 
 _NOISE_RMS, _NOISE_SLOPE = 0.27, 0.86
 """Of one octave of gradient noise; its slope by the lattice coordinate."""
@@ -200,11 +203,10 @@ def ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Flo
 
 
 def _ground_at(feet: Floats, detail: Detail) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    model, k = detail.model, detail.model.constants
-    (base, rough, on_land, x), z, furrows, valleys = broad_parts(feet, model)
+    model = detail.model
+    (base, rough, on_land, by_x), z, furrows, valleys = broad_parts(feet, model)
     continents, coasts, hills, ranges = detail.steepness
     kind = np.zeros((kinds(model), len(z)))
-    by_x = hypsometry_slope(k, x)
     kind[Kind.CONTINENTS] = continents * by_x
     kind[Kind.RANGES] = coasts * by_x + hills + ranges * on_land
     found, real = model.params.height_map, model.params.real
@@ -252,8 +254,10 @@ def layers_at(feet: Floats, before: Detail, now: Detail) -> Floats:
     model, first = now.model, before.layers
     at = slice(2 + first - WARPED_LAYERS, None)
     fine = Lattice(model.unwarped.frequency[at], model.unwarped.offset[at])
-    total = np.empty(feet.shape[1])
     share = model.ridge_column[first:]
+    if (compiled := _COMPILED()) is not None:
+        return compiled.layers(feet, fine.frequency, fine.offset, model.amplitude_m[first:], share[:, 0])
+    total = np.empty(feet.shape[1])
     for start in range(0, len(total), BLOCK):
         n = fine.cells(feet[:, start : start + BLOCK]).noise()
         if len(share):

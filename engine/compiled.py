@@ -1,0 +1,137 @@
+"""Loops compiled to machine code where numba is installed (the extra `fast`); numpy does the same work without it.
+
+Modules of such loops are imported through `Kernels` alone, which gives None where there is no compiler. Compiled code
+is kept in the user's cache folder, in a folder named after all sources that it was made of.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+__all__ = ["Kernels", "Library", "inlined", "switched", "wanted"]
+
+log = logging.getLogger(__name__)
+
+OFF = "PLANETFALL_COMPILED"
+"""Environment variable: 0 leaves all work to numpy."""
+
+_KEPT = 4
+"""Folders of compiled code: of so many versions of the sources."""
+
+_state: dict[str, bool] = {}
+
+
+def wanted() -> bool:
+    """Whether the environment leaves loops to the compiler."""
+    return os.environ.get(OFF, "").strip() != "0"
+
+
+def _on() -> bool:
+    if "on" not in _state:
+        _state["on"] = wanted()
+    return _state["on"]
+
+
+@contextmanager
+def switched(on: bool) -> Iterator[None]:
+    """Compiled loops on or off meanwhile, for comparisons."""
+    before = _on()
+    _state["on"] = on
+    try:
+        yield
+    finally:
+        _state["on"] = before
+
+
+class Kernels:
+    """A module of compiled loops, `name` in `package`, imported when it is first asked for."""
+
+    def __init__(self, package: str | None, name: str) -> None:
+        self._module = f"{package}.{name}"
+        self._found: Any = None
+        self._tried = False
+
+    def __call__(self) -> Any:
+        """The module, or None: nothing is to be compiled, or nothing can be."""
+        if not _on():
+            return None
+        if not self._tried:
+            self._tried = True
+            try:
+                import_module("numba")
+            except ImportError as error:
+                log.debug("numpy does what numba would do faster: %s", error)
+            else:
+                self._found = import_module(self._module)
+        return self._found
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A function of numbers that becomes a part of each loop that calls it."""
+    import numba
+
+    return numba.njit(forceinline=True, error_model="numpy")(function)
+
+
+class Library:
+    """Loops that are made of the same sources, and so become invalid together.
+
+    No fast mathematics: sums keep their order, and products and sums are rounded one by one, as numpy's are.
+    """
+
+    def __init__(self, part: str, sources: Iterable[str]) -> None:
+        """part: a folder in the cache, "terrain". sources: texts of all that the loops are made of."""
+        self._folder = _writable(part, hashlib.sha256("\0".join(sources).encode()).hexdigest()[:16])
+
+    @staticmethod
+    def part(function: Callable[..., Any]) -> Any:
+        """A loop that kernels call."""
+        import numba
+
+        return numba.njit(nogil=True, error_model="numpy")(function)
+
+    def kernel(self, function: Callable[..., Any]) -> Any:
+        """The function, compiled when it is first called, or taken from the cache."""
+        if self._folder is None:
+            return self.part(function)
+        numba: Any = import_module("numba")
+        before = numba.config.CACHE_DIR  # read by the decorator, once
+        numba.config.CACHE_DIR = str(self._folder)
+        try:
+            return numba.njit(nogil=True, error_model="numpy", cache=True)(function)
+        finally:
+            numba.config.CACHE_DIR = before
+
+
+def _writable(part: str, key: str) -> Path | None:
+    """The folder of that name in the cache, made and tried, or None."""
+    chosen = os.environ.get("PLANETFALL_CACHE")
+    root = str(platformdirs.user_cache_path("planetfall")) if chosen is None else chosen
+    if not root.strip():
+        return None
+    folder = Path(root) / "compiled" / part / key
+    if not folder.exists():
+        log.info("loops of %s are compiled once, which takes some seconds; then they are kept in %s", part, folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        os.utime(folder)
+        others = sorted(folder.parent.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
+        for late in others[_KEPT:]:
+            shutil.rmtree(late, ignore_errors=True)
+    except OSError as error:
+        log.warning("compiled loops cannot be kept in %s, so each start compiles them again: %s", folder, error)
+        return None
+    return folder
