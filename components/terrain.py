@@ -136,7 +136,7 @@ class Terrain:
         1.0,
         900.0,
         "MB",
-        "Memory that tiles of elevation may take, here and on the GPU; what is more is read at a coarser resolution",
+        "Memory that tiles of elevation may take, here and on the GPU; what is more is read as it is looked at",
         cost="memory, and time to read the tiles",
         log=True,
         group="maps",

@@ -12,12 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import Camera, Terrain, direction, load_scene
+from ... import Camera, Scene, Terrain, direction, load_scene
 from ...engine.real_ground.lattice import directions_at
 from ...engine.real_ground.limited_cubic import OVERSHOOT
-from ...engine.real_ground.resident import resident_ground
+from ...engine.real_ground.resident import real_ground, resident_ground
+from ...engine.real_ground.streamed_ground import StreamedGround
+from ...engine.real_ground.streamed_level import StreamedLevel
 from ...engine.real_ground.tile_index import open_tiles
 from ...systems.terrain.height import TerrainParams, height
+from ..measure import descent
 from ..measure.frames import RUN_UP, turning
 from ..measure.tiles import hgt_heights, write_empty, write_tiles
 from ..session import Bench, Session
@@ -26,6 +29,9 @@ from ..timing import time_variants
 
 _MOST_BYTES = 256_000_000
 _SOUTH, _WEST = 46, 7
+_FEW_BYTES = 32_000_000
+"""Of which most levels of one or two tiles of 1 arc second stream."""
+_SPEED_M_S, _ABOVE_M = 300.0, 100.0
 
 
 @contextmanager
@@ -127,9 +133,81 @@ def maps_frame(session: Session) -> None:
         )  # fmt: skip
 
 
+def maps_pages(session: Session) -> None:
+    """Tiles of 1 arc second in a fraction of the memory they want: read for the first time, pages made from them one by
+    one and by the square, and read from files that were kept."""
+    tiles, count = session.runs(2, 1), session.runs(128, 32)
+    with _folder() as folder:
+        write_tiles(folder, _SOUTH, _WEST, 1, tiles, 3601)
+        start = time.process_time()
+        ground = real_ground(str(folder), _FEW_BYTES, "bench", streams=True)
+        seconds = time.process_time() - start
+        assert isinstance(ground, StreamedGround)
+        level = ground.levels[0]
+        assert isinstance(level, StreamedLevel)
+        session.row(
+            "tiles read once", error=tiles / seconds, error_unit="tiles/s", megabytes=ground.resident_bytes / 1e6,
+            budget_mb=_FEW_BYTES / 1e6,
+        )  # fmt: skip
+        inner = np.flatnonzero(~level.maybe_weighed)[: 3 * count]
+        for name, ahead, first in (("made", False, 0), ("made by the square", True, 1), ("read again", True, 1)):
+            start, files = time.process_time(), level.source
+            for number in inner[first * count : (first + 1) * count].tolist():
+                files.page(*level.where[number].tolist(), ahead=ahead)
+            session.row(f"pages {name}", error=count / (time.process_time() - start), error_unit="pages/s")
+
+
+def maps_flight(session: Session) -> None:
+    """300 m/s, 100 m above tiles of 1 arc second of which a tenth is in memory, and of which all is: how even frames
+    are, how far ground moves on screen from one to the next but by the camera, and what is taken in in a frame."""
+    size, frames, frame_s = (320, 180), session.runs(450, 60), 1.0 / 30.0
+    with _folder() as folder:
+        write_tiles(folder, _SOUTH, _WEST, 1, session.runs(2, 1), 3601)
+        for name, most_mb in (("streamed", 1e-6 * _FEW_BYTES), ("in memory", 256.0)):
+            scene = load_scene("earth")
+            ground = scene.planet[Terrain]
+            ground.rivers, ground.height_map_most_mb, ground.height_map = 0.0, most_mb, str(folder)
+            flight = _along(scene, frames, frame_s)
+            with session.renderer(scene, size, "medium") as renderer:
+                flown = descent.fly_timed(renderer, flight)
+            clock, used = (descent.percentiles(flown, frame_s, cpu) for cpu in (False, True))
+            most = descent.most(flown[1:])
+            session.row(
+                f"{name}: worst frame over the median", size=size, error=clock.worst_over_median,
+                of_cpu=used.worst_over_median, p99=clock.p99_over_median, p50_ms=clock.p50_ms, frames=frames,
+                most_upload_mb=most["upload_bytes"] / 1e6,
+            )  # fmt: skip
+            with session.renderer(scene, size, "medium") as renderer:
+                moved = [step for step in descent.pops(renderer, flight) if step.pixels]
+            session.row(
+                f"{name}: ground moves", size=size, error=float(np.median([step.p999_px for step in moved])),
+                error_unit="px", target=at_most(1.0, "px"), worst_px=max(step.worst_px for step in moved),
+                p999_px=max(step.p999_px for step in moved), frames=frames,
+            )  # fmt: skip
+            scene.release()
+
+
+def _along(scene: Scene, frames: int, frame_s: float) -> descent.Flight:
+    """To the east through the middle of the tiles."""
+    step_deg = np.degrees(_SPEED_M_S * frame_s / scene.planet.radius_m) / np.cos(np.radians(_SOUTH + 0.5))
+    longitude = _WEST + 0.2 + step_deg * np.arange(frames)
+    at = np.array([direction(_SOUTH + 0.5, each) for each in longitude])
+    # As smooth as a pilot flies: the mean over a kilometre.
+    ground_m = scene.planet.ground_height_m(at)
+    over = np.ones(101) / 101.0
+    above_m = np.convolve(np.pad(ground_m, 50, mode="edge"), over, mode="valid") + _ABOVE_M
+    cameras = tuple(
+        Camera.at(_SOUTH + 0.5, east, max(up, low + 0.3 * _ABOVE_M), heading_deg=90.0, pitch_deg=-10.0)
+        for east, up, low in zip(longitude.tolist(), above_m.tolist(), ground_m.tolist(), strict=True)
+    )
+    return descent.Flight(cameras, frame_s, None, above_m)
+
+
 BENCHES: Mapping[str, Bench] = {
     "index": maps_index,
     "reading": maps_reading,
     "heights": maps_heights,
     "frame": maps_frame,
+    "pages": maps_pages,
+    "flight": maps_flight,
 }

@@ -22,7 +22,22 @@ from numpy.typing import NDArray
 from .lattice import Lattice
 from .raw_level import BLOCK, RawLevel
 
-__all__ = ["BEFORE", "PAGE", "RINGS", "SLOT", "TABLE", "PageLevel", "pages_of"]
+__all__ = [
+    "BEFORE",
+    "PAGE",
+    "RINGS",
+    "SLOT",
+    "STEEP_BLOCKS",
+    "TABLE",
+    "MadePage",
+    "PageLevel",
+    "made_page",
+    "page_slopes",
+    "pages_of",
+    "polar_of",
+    "reached",
+    "taps_of",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,6 +51,7 @@ _WHOLE_RINGS = 1
 """Rings of full weight: smoothing weights then leaves those of samples at 1."""
 STEEP_SIDE = 8
 """Samples a side of the squares that bounds on slopes are kept of."""
+STEEP_BLOCKS = SLOT // STEEP_SIDE
 ROUGH_SIDE, ROUGH = 20, PAGE // 20 + 5
 TABLE = 32
 """Pages a side of a block of the table of pages."""
@@ -62,6 +78,43 @@ class PageLevel:
     finest: bool
     """Whether it holds the samples of files as they are."""
 
+    # -- what is asked of pages; levels that stream answer otherwise ---------------------------------------------------
+
+    def there(self, page: Ints) -> NDArray[np.bool_]:
+        """Which of pages (N,) there are."""
+        return page >= 0
+
+    def height_taps(self, page: Ints, j: Ints, i: Ints) -> Floats:
+        """(4, 4, N): rows, columns of samples of slots around the one at (j, i) and the next."""
+        return taps_of(self.heights, page, j, i)
+
+    def weighed(self, page: Ints) -> Ints:
+        """Which of pages (N,) have weights below 1."""
+        return np.flatnonzero(self.of_weights[page] >= 0)
+
+    def weight_taps(self, page: Ints, j: Ints, i: Ints) -> Floats:
+        """As height_taps, of pages that have weights."""
+        return taps_of(self.weights, self.of_weights[page], j, i)
+
+    def rough_taps(self, page: Ints, j: Ints, i: Ints) -> Floats:
+        """As height_taps, of the nodes of roughness."""
+        return taps_of(self.roughness, page, j, i)
+
+    def steep_at(self, block: Ints, radius_m: float) -> Floats:
+        """Largest slopes (N,) about squares of samples: block (3, N) as indices of `slopes`."""
+        return self.slopes(radius_m)[tuple(block)]
+
+    def steepest(self, radius_m: float) -> float:
+        """The largest of all."""
+        return float(self.slopes(radius_m).max())
+
+    @property
+    def nbytes(self) -> int:
+        """Of all its heights and weights."""
+        return self.heights.nbytes + self.weights.nbytes
+
+    # ------------------------------------------------------------------------------------------------------------------
+
     @property
     def first_column(self) -> int:
         return 0 if self.lattice.period else int(self.where[:, 1].min()) * PAGE
@@ -80,16 +133,32 @@ class PageLevel:
         pages[of.ravel(), inside[:, 0], inside[:, 1]] = np.arange(len(self.where))
         return int(first[0]), int(first[1]), blocks, pages
 
+    def table_place(self, number: int) -> int:
+        """Where a page's number is among the pages of `table`, block by block."""
+        first_row, first_column, blocks, _ = self.table
+        row, column = (int(v) for v in self.where[number])
+        block = int(blocks[row // TABLE - first_row, column // TABLE - first_column])
+        return (block * TABLE + row % TABLE) * TABLE + column % TABLE
+
     def slopes(self, radius_m: float) -> Floats:
         """Largest slopes (P, SLOT / STEEP_SIDE, SLOT / STEEP_SIDE) of squares of samples, one around each included."""
         known = self._slopes.get(radius_m)
         if known is None:
-            known = self._slopes[radius_m] = _page_slopes(self, radius_m)
+            known = self._slopes[radius_m] = page_slopes(self.lattice, self.heights, self.where, radius_m)
         return known
 
     @cached_property
     def _slopes(self) -> dict[float, Floats]:
         return {}
+
+    def numbers(self, row: Ints, column: Ints) -> Ints:
+        """Of pages at rows and columns of pages (N,), which are within the world; -1: there is none."""
+        first_row, first_column, blocks, pages = self.table
+        block_y, block_x = row // TABLE - first_row, column // TABLE - first_column
+        inside = (block_y >= 0) & (block_x >= 0) & (block_y < blocks.shape[0]) & (block_x < blocks.shape[1])
+        block = np.where(inside, blocks[np.where(inside, block_y, 0), np.where(inside, block_x, 0)], -1)
+        found: Ints = np.where(block >= 0, pages[block, row % TABLE, column % TABLE], -1)
+        return found
 
     def find(self, u: Floats, v: Floats) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Of places of the world (N,): the page (-1: none), the sample in its slot (row, column) that is north-west of
@@ -101,19 +170,23 @@ class PageLevel:
         page_y: Ints = np.maximum(np.floor(y / PAGE).astype(np.int64), 0)
         i: Ints = np.floor(x).astype(np.int64)
         j: Ints = np.floor(y).astype(np.int64)
-        first_row, first_column, blocks, pages = self.table
-        block_y, block_x = page_y // TABLE - first_row, page_x // TABLE - first_column
-        inside = (block_y >= 0) & (block_x >= 0) & (block_y < blocks.shape[0]) & (block_x < blocks.shape[1])
-        block = np.where(inside, blocks[np.where(inside, block_y, 0), np.where(inside, block_x, 0)], -1)
-        page: Ints = np.where(block >= 0, pages[block, page_y % TABLE, page_x % TABLE], -1)
+        page = self.numbers(page_y, page_x)
         return page, j - page_y * PAGE + BEFORE, i - page_x * PAGE + BEFORE, x - i, y - j
 
 
-def _page_slopes(level: PageLevel, radius_m: float) -> Floats:
-    lattice, blocks = level.lattice, SLOT // STEEP_SIDE
-    found = np.empty((len(level.heights), blocks, blocks))
+def taps_of(pages: NDArray[np.float32], page: Ints, j: Ints, i: Ints) -> Floats:
+    """(4, 4, N): rows, columns about samples (j, i) of pages (N,)."""
+    flat, side = pages.reshape(-1), pages.shape[2]
+    corner = (page * side + j - 1) * side + i - 1
+    return np.stack([[flat[corner + b * side + a] for a in range(4)] for b in range(4)]).astype(np.float64)
+
+
+def page_slopes(lattice: Lattice, heights: Heights, where: Ints, radius_m: float) -> Floats:
+    """Of pages (P, SLOT, SLOT) at rows and columns (P, 2): see PageLevel.slopes."""
+    blocks = STEEP_BLOCKS
+    found = np.empty((len(heights), blocks, blocks))
     up_m = np.radians(lattice.step_deg) * radius_m
-    for number, (values, (j, _)) in enumerate(zip(level.heights, level.where, strict=True)):
+    for number, (values, (j, _)) in enumerate(zip(heights, where, strict=True)):
         rows = np.arange(SLOT) + (int(j) * PAGE - BEFORE)
         flat = np.maximum(np.cos(np.radians(lattice.place(np.zeros(SLOT), rows)[0])), 1e-3)
         down_m = up_m * (flat if lattice.mercator else np.ones(SLOT))
@@ -128,18 +201,18 @@ def _page_slopes(level: PageLevel, radius_m: float) -> Floats:
 
 def pages_of(raw: RawLevel, coarser: Coarser | None, finest: bool) -> PageLevel | None:
     """The pages of a level; None where it has no height. coarser: heights of the next coarser level."""
-    keys = sorted(_reached(raw))
+    keys = sorted(reached(raw))
     heights, weights, of_weights, where, roughness = [], [], [], [], []
     for j, i in keys:
-        found = _page(raw, coarser, j, i)
+        found = made_page(raw, coarser, j, i)
         if found is None:
             continue
         where.append((j, i))
-        roughness.append(_roughness(raw, j, i))
-        heights.append(found[0])
-        of_weights.append(-1 if found[1] is None else len(weights))
-        if found[1] is not None:
-            weights.append(found[1])
+        roughness.append(found.roughness)
+        heights.append(found.heights)
+        of_weights.append(-1 if found.weights is None else len(weights))
+        if found.weights is not None:
+            weights.append(found.weights)
     if not where:
         return None
     return PageLevel(
@@ -148,13 +221,28 @@ def pages_of(raw: RawLevel, coarser: Coarser | None, finest: bool) -> PageLevel 
         np.stack(weights) if weights else np.zeros((0, SLOT, SLOT), np.float32),
         np.array(of_weights, dtype=np.int64),
         np.array(where, dtype=np.int64),
-        _polar(raw),
+        polar_of(raw),
         np.stack(roughness),
         finest,
     )
 
 
-def _reached(raw: RawLevel) -> set[tuple[int, int]]:
+@dataclass(frozen=True, eq=False)
+class MadePage:
+    """heights and weights (SLOT, SLOT), None: all are 1; roughness (ROUGH, ROUGH)."""
+
+    heights: Heights
+    weights: Heights | None
+    roughness: Heights
+
+
+def made_page(raw: RawLevel, coarser: Coarser | None, j: int, i: int) -> MadePage | None:
+    """The page in row j and column i of pages; None where nothing is."""
+    found = _page(raw, coarser, j, i)
+    return None if found is None else MadePage(*found, _roughness(raw, j, i))
+
+
+def reached(raw: RawLevel) -> set[tuple[int, int]]:
     """Blocks with heights, and those around them."""
     lattice = raw.lattice
     columns = -(-lattice.period // BLOCK) if lattice.period else 0
@@ -236,7 +324,7 @@ def _around(values: NDArray[Any]) -> NDArray[Any]:
     return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
 
 
-def _polar(raw: RawLevel) -> Floats:
+def polar_of(raw: RawLevel) -> Floats:
     """Height and weight at both poles: the mean of the row next to it, if all of it is there."""
     lattice, found = raw.lattice, np.zeros((2, 2))
     if lattice.mercator or not lattice.period:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .lattice import Lattice
 
-__all__ = ["BLOCK", "RawLevel", "factor_of"]
+__all__ = ["BLOCK", "RawLevel", "coarser_block", "factor_of", "means_of"]
 
 Heights = NDArray[np.float32]
 
@@ -101,35 +101,47 @@ class RawLevel:
             self._fill(out[k : k + 1], r, c)
         return out
 
+    def block(self, key: tuple[int, int]) -> Heights | None:
+        """The block at (row, column) of blocks, None where there is none."""
+        return self.blocks.get(key)
+
     def _fill(self, out: Heights, row: int, column: int) -> None:
         for key, inner, outer in self._parts(out.shape, column, row):
-            block = self.blocks.get(key)
+            block = self.block(key)
             if block is not None:
                 out[inner] = block[outer]
 
     def coarser(self, factor: int) -> RawLevel:
         """The level of means of factor x factor samples, of those that there are."""
         found = RawLevel(self.lattice.coarser(factor))
-        keys = {(j // factor, i // factor) for j, i in self.blocks}
-        side = BLOCK * factor
-        for j, i in keys:
-            fine = self._plain(j * side, i * side, side)
-            there = ~np.isnan(fine)
-            counts = there.reshape(BLOCK, factor, BLOCK, factor).sum(axis=(1, 3))
-            sums = np.where(there, fine, 0.0).reshape(BLOCK, factor, BLOCK, factor).sum(axis=(1, 3), dtype=np.float64)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                found.blocks[j, i] = np.where(counts > 0, sums / counts, np.nan).astype(np.float32)
+        for j, i in {(j // factor, i // factor) for j, i in self.blocks}:
+            found.blocks[j, i] = coarser_block(self, factor, j, i)
         return found
 
-    def _plain(self, row: int, column: int, side: int) -> Heights:
+    def plain(self, row: int, column: int, side: int) -> Heights:
         """As window, where nothing is beyond the date line."""
         out = np.full((side, side), np.nan, np.float32)
         for j, rows, block_rows in _cut(row, side):
             for i, columns, block_columns in _cut(column, side):
-                block = self.blocks.get((j, i))
+                block = self.block((j, i))
                 if block is not None:
                     out[rows, columns] = block[block_rows, block_columns]
         return out
+
+
+def coarser_block(raw: RawLevel, factor: int, j: int, i: int) -> Heights:
+    """Block (j, i) of the level of means of factor x factor samples, of those that there are."""
+    side = BLOCK * factor
+    return means_of(raw.plain(j * side, i * side, side), factor)
+
+
+def means_of(fine: Heights, factor: int) -> Heights:
+    """Means of factor x factor samples, of those that there are."""
+    there = ~np.isnan(fine)
+    counts = there.reshape(BLOCK, factor, BLOCK, factor).sum(axis=(1, 3))
+    sums = np.where(there, fine, 0.0).reshape(BLOCK, factor, BLOCK, factor).sum(axis=(1, 3), dtype=np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(counts > 0, sums / counts, np.nan).astype(np.float32)
 
 
 def _cut(start: int, length: int) -> Iterator[tuple[int, slice, slice]]:

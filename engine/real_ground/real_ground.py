@@ -145,7 +145,7 @@ class RealGround:
             if found is None:
                 continue
             at = at[found.at]
-            steepest = _STEEPER * level.slopes(radius_m)[tuple(found.block)]
+            steepest = _STEEPER * level.steep_at(found.block, radius_m)
             steep[at] = np.maximum(steep[at], steepest)
             rest[at] *= 1.0 - found.weight
             rest[rest < DONE] = 0.0
@@ -157,7 +157,7 @@ class RealGround:
 
     def steepest(self, radius_m: float) -> float:
         """The largest of these."""
-        return _STEEPER * max(float(level.slopes(radius_m).max()) for level in self.levels)
+        return _STEEPER * max(level.steepest(radius_m) for level in self.levels)
 
     def gradients(
         self, points: Floats, radius_m: float, spacing_m: Floats | None, rough_by: Sequence[float] | None = None
@@ -239,7 +239,7 @@ class _Sampled:
         page, x, y = self.in_page
         x, y = x * (1.0 / ROUGH_SIDE) + 2.0, y * (1.0 / ROUGH_SIDE) + 2.0
         i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-        taps = _taps(level.roughness, page, j, i)
+        taps = level.rough_taps(page, j, i)
         (wx, dx), (wy, dy) = _spline(x - i), _spline(y - j)
         value = np.einsum("an,bn,ban->n", wx, wy, taps)
         if not slopes:
@@ -251,19 +251,19 @@ class _Sampled:
 def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
     u, v = (w[at] for w in world.place(level.lattice))
     page, j, i, fx, fy = level.find(u, v)
-    inside = np.flatnonzero(page >= 0)
+    inside = np.flatnonzero(level.there(page))
     if not inside.size:
         return None
     page, j, i, fx, fy = page[inside], j[inside], i[inside], fx[inside], fy[inside]
-    taps = _taps(level.heights, page, j, i)
+    taps = level.height_taps(page, j, i)
     rows = [limited_cubic(taps[b], fx) for b in range(4)]
     height, by_y, by_x = limited_cubic(np.stack([r[0] for r in rows]), fy, np.stack([r[1] for r in rows]))
     assert by_x is not None
     d_height = np.stack([by_x, by_y])
     weight, d_weight = np.ones(len(page)), np.zeros((2, len(page)))
-    faded = np.flatnonzero(level.of_weights[page] >= 0)
+    faded = level.weighed(page)
     if faded.size:
-        taps = _taps(level.weights, level.of_weights[page[faded]], j[faded], i[faded])
+        taps = level.weight_taps(page[faded], j[faded], i[faded])
         (wx, dx), (wy, dy) = _spline(fx[faded]), _spline(fy[faded])
         weight[faded] = np.clip(np.einsum("an,bn,ban->n", wx, wy, taps), 0.0, 1.0)
         d_weight[0, faded] = np.einsum("an,bn,ban->n", dx, wy, taps)
@@ -273,13 +273,6 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
         _towards_poles(level, v[inside], height, weight, d_height, d_weight)
     block = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE])
     return _Sampled(inside, height, weight, d_height, d_weight, block, (page, i + fx - BEFORE, j + fy - BEFORE))
-
-
-def _taps(pages: NDArray[np.float32], page: Ints, j: Ints, i: Ints) -> Floats:
-    """(4, 4, N): rows, columns."""
-    flat, side = pages.reshape(-1), pages.shape[2]
-    corner = (page * side + j - 1) * side + i - 1
-    return np.stack([[flat[corner + b * side + a] for a in range(4)] for b in range(4)]).astype(np.float64)
 
 
 def _spline(f: Floats) -> tuple[Floats, Floats]:

@@ -13,56 +13,126 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .kept_ground import Keeper
-from .lattice import directions_at
-from .pages import SLOT, PageLevel, pages_of
+from .page_levels import levels_of
+from .pages import SLOT, PageLevel
 from .raw_level import BLOCK, RawLevel, factor_of
-from .real_ground import RealGround, World, sample_level
+from .real_ground import RealGround
+from .streamed_ground import KeptStream, SetLevels, StreamedGround, ground_of, levels_in_memory, read_set
 from .tile_files import TileError, read_tile
 from .tile_index import TileSet, open_tiles, tiles_stamp
 from .water_mask import water_of
 
-__all__ = ["MOST_LEVELS", "make_ground", "real_ground", "resident_ground"]
+__all__ = ["MOST_LEVELS", "forget_ground", "make_ground", "real_ground", "resident_ground", "streamed_ground"]
 
 log = logging.getLogger(__name__)
 
 Progress = Callable[[int, int], None]
 MOST_LEVELS = 24
 """Of all sets together: the GPU has room for so many."""
-_WIDEST_STEP_DEG = 0.14
-"""Levels end at samples so far apart: the margin of the last one is 1000 km wide on Earth."""
 _SLOT_BYTES = 4 * SLOT * SLOT
 _reading = Lock()
-_in_use: WeakValueDictionary[tuple[int, tuple[object, ...]], RealGround] = WeakValueDictionary()
+_in_use: WeakValueDictionary[tuple[int, tuple[object, ...], bool], RealGround] = WeakValueDictionary()
 """All that somebody still holds, however many planets have tiles, and the last one that was asked for."""
 _last: list[RealGround] = []
 
 
-def real_ground(path: str, most_bytes: int, what: str) -> RealGround:
-    """The map at `path`, read once as long as its files stay as they are, in at most about so many bytes. TileError
-    says what is wrong."""
+def real_ground(path: str, most_bytes: int, what: str, streams: bool = False) -> RealGround:
+    """The map at `path`, read once as long as its files stay as they are, in at most about so many bytes. streams:
+    where more is wanted, fine levels are read as they are asked for (StreamedGround); else sets are read coarser.
+    TileError says what is wrong."""
     stamp = tiles_stamp(path)
     with _reading:
-        found = _in_use.get((most_bytes, stamp))
+        found = _in_use.get((most_bytes, stamp, streams))
         if found is None:
-            found = Keeper(stamp, most_bytes).load() or resident_ground(open_tiles(path, what), most_bytes, what)
-            _in_use[most_bytes, stamp] = found
+            found = _read_ground(path, stamp, most_bytes, what, streams)
+            _in_use[most_bytes, stamp, streams] = found
+            if not isinstance(found, StreamedGround):
+                _in_use[most_bytes, stamp, False] = found
         _last[:] = [found]
     return found
 
 
-def make_ground(path: str, most_bytes: int, what: str, progress: Progress | None = None) -> tuple[RealGround, Path]:
+def forget_ground() -> None:
+    """The next who asks for a map gets it anew from disk; those who hold one keep it."""
+    with _reading:
+        _in_use.clear()
+        _last.clear()
+
+
+def _read_ground(path: str, stamp: tuple[object, ...], most_bytes: int, what: str, streams: bool) -> RealGround:
+    found = _in_use.get((most_bytes, stamp, False)) or Keeper(stamp, most_bytes).load()
+    if found is not None and (not streams or _is_whole(found)):
+        return found
+    sets = open_tiles(path, what)
+    if not streams or _fit(sets, most_bytes):
+        return found or resident_ground(sets, most_bytes, what)
+    return streamed_ground(sets, stamp, most_bytes, what)
+
+
+def _is_whole(ground: RealGround) -> bool:
+    """Whether all sets are there as fine as their files."""
+    return all(ground.levels[k].finest for k in set(ground.finest_of))
+
+
+def _fit(sets: Sequence[TileSet], most_bytes: int) -> bool:
+    """Whether all sets are in memory as fine as their files."""
+    return all(plan.factor == 1 for plan in _plans(sets, most_bytes)) or not any(levels_in_memory(sets, most_bytes))
+
+
+def make_ground(
+    path: str, most_bytes: int, what: str, progress: Progress | None = None, streams: bool = False
+) -> tuple[RealGround, Path]:
     """Read the map at `path` and keep its levels, so that scenes start at once; and the file they are in. What was cut
-    off goes on where it was. TileError says what is wrong."""
-    keeper = Keeper(tiles_stamp(path), most_bytes)
+    off goes on where it was. streams: as for real_ground. TileError says what is wrong."""
+    stamp = tiles_stamp(path)
+    keeper = Keeper(stamp, most_bytes)
     file = keeper.file
     if file is None:
         raise TileError(f"{what}: there is no cache folder (PLANETFALL_CACHE is empty); unset it, or name a folder")
     found = keeper.load()
-    if found is None:
-        found = resident_ground(open_tiles(path, what, progress), most_bytes, what, progress, keeper)
-        if keeper.save(found) is None:
+    if found is None or (streams and not _is_whole(found)):
+        sets = open_tiles(path, what, progress)
+        if streams and not _fit(sets, most_bytes):
+            found = streamed_ground(sets, stamp, most_bytes, what, progress)
+            written = found.index if found.index is not None and found.index.exists() else None
+        else:
+            found = found or resident_ground(sets, most_bytes, what, progress, keeper)
+            written = keeper.save(found)
+        if written is None:
             raise TileError(f"{what}: {file} can't be written; make room, or set PLANETFALL_CACHE to another folder")
+        file = written
     return found, file
+
+
+def streamed_ground(
+    sets: Sequence[TileSet], stamp: tuple[object, ...], most_bytes: int, what: str, progress: Progress | None = None
+) -> StreamedGround:
+    """As it was kept, or with all tiles read once. stamp: of tiles_stamp."""
+    kept = KeptStream(stamp, most_bytes)
+    found = kept.load(sets)
+    if found is None:
+        found = [
+            read_set(tiles, first, kept, number, what, progress) if first else _set_in_memory(tiles, number, what)
+            for number, (tiles, first) in enumerate(zip(sets, levels_in_memory(sets, most_bytes), strict=True))
+        ]
+        kept.save(found)
+    levels = sum(len(each.streamed) + len(each.whole) for each in found if each.whole)
+    _check(levels, sets, what)
+    return ground_of(found, kept, most_bytes, what)
+
+
+def _set_in_memory(tiles: TileSet, number: int, what: str) -> SetLevels:
+    return SetLevels(tiles, (), levels_of(_read(_Plan(tiles, 1), number, what, lambda done: None, None), True))
+
+
+def _check(levels: int, sets: Sequence[TileSet], what: str) -> None:
+    if not levels:
+        raise TileError(f"{what}: none of the {sum(map(len, sets))} tiles has a height; fetch them again")
+    if levels > MOST_LEVELS:
+        raise TileError(
+            f"{what}: {len(sets)} sets of tiles of different resolutions make {levels} levels; expected at most "
+            f"{MOST_LEVELS}: remove the sets that others cover"
+        )
 
 
 @dataclass(frozen=True)
@@ -83,7 +153,8 @@ def resident_ground(
     for number, plan in enumerate(plans):
         if plan.factor > 1:
             log.warning(
-                "%s: %s is read at 1/%d of its resolution, to fit into Terrain.height_map_most_mb = %g; raise it",
+                "%s: %s is read at 1/%d of its resolution, to fit into Terrain.height_map_most_mb = %g; raise "
+                "it, or read it as it is looked at, with Terrain.backend = 'grid'",
                 what, plan.tiles.folder.folder, plan.factor, most_bytes / 1e6,
             )  # fmt: skip
 
@@ -91,16 +162,10 @@ def resident_ground(
             if progress is not None:
                 progress(before + tiles, total)
 
-        found = _levels(_read(plan, number, what, report, keeper), plan.factor == 1)
+        found = levels_of(_read(plan, number, what, report, keeper), plan.factor == 1)
         levels += [(level, factor, number) for level, factor in found]
         done += len(plan.tiles)
-    if not levels:
-        raise TileError(f"{what}: none of the {total} tiles has a height; fetch them again")
-    if len(levels) > MOST_LEVELS:
-        raise TileError(
-            f"{what}: {len(sets)} sets of tiles of different resolutions make {len(levels)} levels; expected at most "
-            f"{MOST_LEVELS}: remove the sets that others cover"
-        )
+    _check(len(levels), sets, what)
     levels.sort(key=lambda found: found[0].lattice.step_deg)
     low = min(float(level.heights.min()) for level, _, _ in levels)
     high = max(float(level.heights.max()) for level, _, _ in levels)
@@ -186,36 +251,3 @@ def _blocks(
     sums = np.where(there, wide, 0.0).reshape(shape).sum(axis=(1, 3), dtype=np.float64).astype(np.float32)
     counts = there.reshape(shape).sum(axis=(1, 3)).astype(np.uint16)
     return sums, counts, column // factor, row // factor
-
-
-def _levels(raw: RawLevel, exact: bool) -> list[tuple[PageLevel, int]]:
-    """Pages of a set's levels, and how many times finer each is than the next."""
-    raws, factors = [raw], []
-    while raws[-1].lattice.step_deg < _WIDEST_STEP_DEG and raws[-1].blocks:
-        factor = factor_of(raws[-1].lattice)
-        if not factor:
-            break
-        factors.append(factor)
-        raws.append(raws[-1].coarser(factor))
-    factors.append(0)
-    found: list[tuple[PageLevel, int]] = []
-    coarser: PageLevel | None = None
-    for number in range(len(raws) - 1, -1, -1):
-        level = pages_of(raws[number], None if coarser is None else _heights_of(coarser), exact and number == 0)
-        if level is None:
-            return []
-        found.append((level, factors[number]))
-        coarser = level
-    return found
-
-
-def _heights_of(level: PageLevel) -> Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]:
-    def heights(latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]) -> NDArray[np.float64]:
-        world = World(directions_at(latitude_deg, longitude_deg))
-        out = np.full(len(latitude_deg), np.nan)
-        found = sample_level(level, world, np.arange(len(out)))
-        if found is not None:
-            out[found.at] = found.height
-        return out
-
-    return heights

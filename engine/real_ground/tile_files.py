@@ -23,7 +23,17 @@ from numpy.typing import NDArray
 from ..settings import SettingError
 from .lattice import MERCATOR_SIDE_M, Lattice
 
-__all__ = ["ENDINGS", "MAPS", "PNG_CODES", "Found", "TileError", "find_tile", "read_tile", "tifffile_or_error"]
+__all__ = [
+    "ENDINGS",
+    "MAPS",
+    "PNG_CODES",
+    "Found",
+    "TileError",
+    "find_tile",
+    "read_part",
+    "read_tile",
+    "tifffile_or_error",
+]
 
 Heights = NDArray[np.float32]
 
@@ -113,11 +123,26 @@ def read_tile(file: Path, found: Found, png: str = "terrain-rgb") -> Heights:
             f"{file} holds {values.shape[1]} x {values.shape[0]} samples; expected {found.columns} x {found.rows}: "
             "fetch it again, or remove it"
         )
+    return _believed(values)
+
+
+def _believed(values: NDArray[Any]) -> Heights:
     with np.errstate(invalid="ignore"):
         bad = ~((values >= _LOWEST_M) & (values <= _HIGHEST_M))
     if bad.any():
         values = np.where(bad, np.nan, values)
     return values.astype(np.float32, copy=False)
+
+
+def read_part(file: Path, found: Found, rows: slice, columns: slice) -> Heights | None:
+    """As read_tile, of some rows and columns; None for files that have to be decoded whole."""
+    if file.suffix.lower() != ".hgt":
+        return None
+    try:
+        values = np.memmap(file, dtype=">i2", mode="r", shape=(found.rows, found.columns))[rows, columns]
+    except (OSError, ValueError) as error:
+        raise TileError(f"{file} can't be read: {error}; is it whole? Fetch it again, or remove it") from error
+    return _believed(_hgt_heights(values))
 
 
 def _degrees(west: float, north: float, step_x: float, step_y: float, columns: int, rows: int) -> Found:
@@ -158,7 +183,10 @@ def _corner(match: re.Match[str]) -> tuple[float, float]:
 
 
 def _read_hgt(file: Path, found: Found, png: str) -> NDArray[Any]:
-    values = np.fromfile(file, dtype=">i2").reshape(found.rows, found.columns)
+    return _hgt_heights(np.fromfile(file, dtype=">i2").reshape(found.rows, found.columns))
+
+
+def _hgt_heights(values: NDArray[Any]) -> NDArray[Any]:
     return np.where(values == _HGT_VOID, np.nan, values.astype(np.float32))
 
 

@@ -90,6 +90,8 @@ def info_command(
 def make_command(folder: Folder, *, kind: Literal["heights", "colors"] | None = None, memory_mb: float = 256.0) -> None:
     """Read tiles and keep what scenes need of them, so that these start at once. Heights that are cut off go on.
 
+    Levels that don't fit into the memory are read page by page while a scene runs: those are "on disk".
+
     Parameters
     ----------
     kind
@@ -110,21 +112,14 @@ def make_command(folder: Folder, *, kind: Literal["heights", "colors"] | None = 
     levels: list[tuple[float, int, int]]
     with counted("reading", 1) as progress:
         if what == "heights":
-            ground, file = make_ground(folder, most_bytes, "map", progress)
-            levels = [
-                (
-                    level.lattice.sample_m(_SEA_LEVEL_RADIUS_M),
-                    len(level.where),
-                    level.heights.nbytes + level.weights.nbytes,
-                )
-                for level in ground.levels
-            ]
+            ground, file = make_ground(folder, most_bytes, "map", progress, streams=True)
+            levels = [_level(level, level.nbytes) for level in ground.levels]
         else:
             colors, file = make_colors(folder, DISPLAY_NM, most_bytes, "map", progress)
             levels = [_level(level, level.pixels.nbytes) for each in colors.sets for level in each.levels]
     table = Table("level", "samples apart", "pages", "MB", box=None)
     for number, (apart_m, pages, size) in enumerate(levels):
-        table.add_row(str(number), _apart(apart_m), f"{pages:,}", f"{size / 1e6:.1f}")
+        table.add_row(str(number), _apart(apart_m), f"{pages:,}", f"{size / 1e6:.1f}" if size else "on disk")
     console.print(table)
     written(file)
 

@@ -177,7 +177,9 @@ class TerrainParams:
         colors = getattr(terrain, "color_map", "")
         pictured = bool(colors) and is_tiles(colors)
         knobs: dict[str, Any] = {name: float(getattr(terrain, name)) for name in KNOBS if hasattr(terrain, name)}
-        real = real_ground(path, most_bytes, "Terrain.height_map") if tiles else None
+        # Tiles of ground keep the heights that they were made with: those may not come later.
+        streams = getattr(terrain, "backend", "grid") == "grid" and getattr(terrain, "method", "ours") == "ours"
+        real = real_ground(path, most_bytes, "Terrain.height_map", streams) if tiles else None
         _asked_for(real)
         return TerrainParams(
             radius_m=float(radius_m),

@@ -12,9 +12,11 @@ from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UN
 from ...engine.gpu import GpuScope
 from ...engine.real_ground.color_ground import ColorGround
 from ...engine.real_ground.real_ground import RealGround
+from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.surface.cube_map import CubeMap
 from .height_map import HeightMap
 from .real_colors import color_texels, pictured_width_bits
+from .real_stream import RealStream
 from .real_texture import fixed_unit_m, real_texels
 from .rivers.table import RiverTable
 from .rivers.texture import river_texels
@@ -30,6 +32,14 @@ class MapTextures:
         self._shown: list[Any] = [None, None, None]
         self._textures: list[Any] = [None, None, None]
         self._radius_m = 0.0
+        self.stream: RealStream | None = None
+        """Brings the pages of real ground that streams."""
+
+    def release(self) -> None:
+        """What the scope doesn't own."""
+        if self.stream is not None:
+            self.stream.release()
+            self.stream = None
 
     def show(
         self,
@@ -49,10 +59,16 @@ class MapTextures:
                 continue
             if self._textures[k] is not None:
                 self._gpu.free(self._textures[k])
+            if k == 0 and self.stream is not None:
+                self.stream.release()
+                self.stream = None
             self._shown[k], self._textures[k] = found, None
             if isinstance(found, HeightMap):
                 picture = found.cube.atlas()
                 self._textures[k] = self._gpu.texture(picture.shape[1::-1], "rg32f", picture)
+            elif isinstance(found, StreamedGround):
+                self.stream = RealStream(self._gpu, found, radius_m)
+                self._textures[k] = self.stream.texture
             elif isinstance(found, RealGround):
                 words = real_texels(found, fixed_unit_m(radius_m), radius_m)
                 self._textures[k] = self._gpu.texture(words.shape[::-1], "r32ui", words)

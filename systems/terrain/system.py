@@ -31,6 +31,7 @@ from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.methods import Methods
+from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
@@ -47,6 +48,8 @@ from .map_textures import MapTextures
 from .material import TerrainMaterialBlock, material_block
 from .material_list import list_revision, shaders
 from .real_colors import ground_colors
+from .real_texture import HEIGHTS_FINER
+from .real_wanted import Eye
 from .rivers.source import source
 from .rivers.table import RiverTable
 from .view import MaterialKey, OctavesKey, TerrainView
@@ -54,6 +57,7 @@ from .view import MaterialKey, OctavesKey, TerrainView
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "height_map_most_mb", "color_map", "color_map_most_mb", "color_map_unlit"),
+    *("backend", "method"),  # of which some read tiles of elevation as they are needed
     *("rivers", "drainage_cells"),
 )
 _WAIT_S = 2.0
@@ -72,6 +76,8 @@ _WIDE_PIXEL_M = 10.0
 within 6000 km, a coast so to 0.2 pixels at a slope of 1 %."""
 _FARTHER = 1.0 / 32.0
 """Wider pixels on all ground, by the longest layer of relief: terrain/coast_find.comp leaves out hardly any."""
+_CLOSEST = 0.5
+"""Vertices are not nearer to one another than this many times terrain.edge_px, seen from the camera."""
 _SOURCES = "generated/terrain_height_sources.glsl"
 
 
@@ -133,6 +139,7 @@ class TerrainSystem(System):
 
     def release(self) -> None:
         self._methods.release()
+        self._maps.release()
         self._gpu.shaders.withdraw(self.name)
         for key in (HEIGHT_FIELD, SURFACE_HEIGHT):
             self._world.remove_resource(key)
@@ -146,8 +153,12 @@ class TerrainSystem(System):
         """The backend of that name and method, in place of another; nothing else changes."""
         if use_backend(self._methods, backend_of(name, method), self._settings, self._views):
             self.backend.bind_octaves = self._bind_octaves
+            self.backend.ground_stamp = self._ground_stamp
             self._field_asked = self._field_revision = None  # it may draw a ground of its own
             self.structure += 1
+
+    def _ground_stamp(self, view: View) -> int:
+        return 0 if self._maps.stream is None else self._maps.stream.stamp(view)
 
     def _bind_heights(self, view: View) -> None:
         """World resource ``surface_height``: binds what the shader contract of that name reads."""
@@ -205,6 +216,7 @@ class TerrainSystem(System):
             "CRATERED": params.craters > 0.0,
             "MAPPED": params.height_map is not None,
             "TILED": params.real is not None,
+            "STREAMED": isinstance(params.real, StreamedGround),
             "COLORED": params.colored,
             "PICTURED": params.pictured,
             "RIVERS": params.rivers is not None,
@@ -240,6 +252,7 @@ class TerrainSystem(System):
         view, camera = self._of(frame.view), frame.camera
         if frame.checkerboard is not None and self._shade_every() == 2:
             frame.checkered.add("terrain")
+        self._stream(frame)
         # A grid that the proxy wants is made unseen: turning to the ground then costs nothing.
         unseen = self._unseen.rests(frame) and view.updated == proxy.generation
         if unseen and self.backend.rests(frame):
@@ -265,6 +278,22 @@ class TerrainSystem(System):
             view.material_key = key
             view.material.write(material_block(self._component, self._ground.params, proxy.lattice.direction, self._nm))
         view.material.bind()
+
+    def _stream(self, frame: Frame) -> None:
+        """Pages of real ground that the view needs."""
+        stream = self._maps.stream
+        if stream is None or frame.frozen:
+            return
+        camera = frame.camera
+        away_m = float(np.linalg.norm(camera.position_m))
+        ground_m = float(self._ground.field.height((camera.position_m / away_m)[None])[0])
+        tangents = max(abs(camera.tan_left), abs(camera.tan_right)), max(abs(camera.tan_bottom), abs(camera.tan_top))
+        eye = Eye(
+            camera.position_m, away_m - self._ground.params.radius_m - ground_m, frame.pixel_rad, camera.forward,
+            float(np.arctan(np.hypot(*tangents))),
+        )  # fmt: skip
+        spacing_rad = HEIGHTS_FINER * _CLOSEST * float(frame.settings["terrain.edge_px"]) * frame.pixel_rad
+        stream.update(frame.view, eye, spacing_rad, frame.dt_s, frame.settling or frame.one_shot, frame.cut)
 
     def _octaves_key(self, proxy: Proxy) -> OctavesKey:
         return OctavesKey(proxy.generation, self._ground.revision, self._component.color_map_strength)
@@ -496,7 +525,8 @@ class TerrainSystem(System):
         )
 
     def settled(self, view: View) -> bool:
-        return self.backend.settled(view) and not self._solving()
+        streams = self._maps.stream
+        return (streams is None or streams.settled(view)) and self.backend.settled(view) and not self._solving()
 
     def _solving(self) -> bool:
         """Whether rivers of the ground are still being solved."""
@@ -504,11 +534,17 @@ class TerrainSystem(System):
 
     def progress(self, view: View) -> float:
         # Whoever waits for pictures to settle need not draw while rivers are solved.
-        return 0.5 * source.progress(_WAIT_S) if self._solving() else self.backend.progress(view)
+        if self._solving():
+            return 0.5 * source.progress(_WAIT_S)
+        streams = self._maps.stream
+        return self.backend.progress(view) * (1.0 if streams is None else streams.progress())
 
     def refining(self, view: View) -> str:
         if self._solving():
             return "rivers"
+        streams = self._maps.stream
+        if streams is not None and not streams.settled(view):
+            return f"real ground {100.0 * streams.progress():.0f} %"
         return "" if self.backend.settled(view) else f"ground {100.0 * self.backend.progress(view):.0f} %"
 
     def statistics(self) -> dict[str, int]:

@@ -142,6 +142,24 @@ void real_towards_pole(float rows, float width, vec2 there, float turn, inout Re
     found.weight = mix(there.y, found.weight, f);
 }
 
+#ifdef TERRAIN_STREAMED
+// Pages that stream weigh what they do at their corners, and between those something in between: 0 at those that a page
+// beside them lacks. samples: in the page.
+void real_fade(TerrainRealLevel level, int record, vec2 samples, inout RealSample found, inout vec2 d_weight) {
+    int word = terrain_table.real.first_fade + (record - level.first_record) / (REAL_POOL_RECORD / 4);
+    vec4 corners = intBitsToFloat(ivec4(real_word(word), real_word(word + 1), real_word(word + 2),
+        real_word(word + 3)));
+    vec2 per_sample = vec2(intBitsToFloat(real_word(record + REAL_AFTER_SQUARES)), 1.0 / float(REAL_PAGE));
+    vec2 t = clamp(samples * per_sample, 0.0, 1.0), s = t * t * (3.0 - 2.0 * t), d_s = 6.0 * t * (1.0 - t) * per_sample;
+    float north = corners.x + (corners.y - corners.x) * s.x, south = corners.z + (corners.w - corners.z) * s.x;
+    float part = north + (south - north) * s.y;
+    float by_x = (corners.y - corners.x) + ((corners.w - corners.z) - (corners.y - corners.x)) * s.y;
+    d_weight = d_weight * part + found.weight * vec2(by_x, south - north) * d_s;
+    found.weight *= part;
+}
+
+#endif
+
 // Whether a level has anything at D, whose place is p. rough: whether its relief's roughness is asked for.
 bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, out RealSample found) {
     ivec2 about = real_about(level, p), page = ivec2(about.x / REAL_PAGE, max(about.y, 0) / REAL_PAGE);
@@ -180,6 +198,9 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, ou
         real_towards_pole(row, width, level.polar.xy, 1.0, found, d_height, d_weight);
         real_towards_pole(level.down - row, width, level.polar.zw, -1.0, found, d_height, d_weight);
     }
+#ifdef TERRAIN_STREAMED
+    if (level.streamed != 0) real_fade(level, record, vec2(cell) + f, found, d_weight);
+#endif
     vec3 by_column, by_row;
     real_jacobian(level, p, by_column, by_row);
     found.d_height = d_height.x * by_column + d_height.y * by_row;
@@ -200,6 +221,16 @@ float real_share(TerrainRealLevel level, float spacing_m) {
     if (level.octaves == 0.0) return 1.0;
     return clamp(1.0 - log2(REAL_LEVEL_SAMPLES * spacing_m / level.sample_m) / level.octaves, 0.0, 1.0);
 }
+
+#ifdef TERRAIN_STREAMED
+float real_height_share(TerrainRealLevel level, float spacing_m) {
+    return level.streamed != 0 ? real_share(level, REAL_HEIGHTS_FINER * spacing_m) : 1.0;
+}
+#else
+float real_height_share(TerrainRealLevel level, float spacing_m) {
+    return 1.0;
+}
+#endif
 
 // Share of a layer of relief below samples: 1 where it is shorter than two of them, 0 from four on.
 float real_below(RealGround real, float wavelength_m) {
@@ -236,15 +267,16 @@ RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
     if (k < levels) do {
         TerrainRealLevel level = terrain_table.real_levels[k];
         float share = sum.seen_rest > 0.0 ? real_share(level, spacing_m) : 0.0;
+        float high = heights ? real_height_share(level, spacing_m) : 1.0;
         RealSample found;
-        if ((sum.rest > 0.0 || share > 0.0) && real_sample(level, D, p, heights, found)) {
-            float part = heights ? sum.rest * found.weight : sum.seen_rest * share * found.weight;
+        if ((sum.rest * high > 0.0 || share > 0.0) && real_sample(level, D, p, heights, found)) {
+            float part = heights ? sum.rest * high * found.weight : sum.seen_rest * share * found.weight;
             sum.height = TERRAIN_SUM(sum.height, TERRAIN_PRODUCT(part, found.height));
             float steep = heights ? found.rough : 1.0;
             sum.rough += part * steep;
             sum.deep += part * steep * log2(heights ? level.sample_m : level.finest_m);
             sum.d_rough += part * found.d_rough;
-            sum.rest *= 1.0 - found.weight;
+            sum.rest *= 1.0 - high * found.weight;
             float weight = share * found.weight, kept = sum.seen_rest, h = TERRAIN_SINGLE(found.height);
             vec3 d_weight = share * found.d_weight;
             sum.d_height += (sum.d_rest * weight + kept * d_weight) * h + kept * weight * found.d_height;

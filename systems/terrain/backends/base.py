@@ -74,6 +74,8 @@ class Backend(Method):
     """Whether it draws a ground of its source's in place of the scene's."""
     ground: Ground
     """What it draws; the system says so before each `update`."""
+    ground_stamp: Callable[[View], int]
+    """Differs when vertices that a view has would show finer ground now; the system says so."""
     bind_octaves: Callable[[View], None]
     """Binds the height function's table around a view's anchor, to be called in passes."""
 
@@ -82,6 +84,7 @@ class Backend(Method):
         self.views = views
         self.settings = settings
         self._draw_programs: dict[str, Program] = {}
+        self.ground_stamp = _never
 
     def draw_program(self, fragment: str, vertex: str, defines: Defines | None = None) -> Program:
         """The program of `vertex`, of which a backend has one, and a fragment shader, compiled once."""
@@ -129,6 +132,10 @@ class Backend(Method):
         """Vertices (V, 3) from the view's anchor and triangles (N, 3) of all that is selected, seen or not; None if the
         backend doesn't tell. Reads back from the GPU."""
         return None
+
+
+def _never(view: View) -> int:
+    return 0
 
 
 def heights_seen(frame: Frame, anchor_height_m: float) -> tuple[float, float]:

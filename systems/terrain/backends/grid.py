@@ -50,15 +50,20 @@ class GridBackend(Backend):
     def update(self, frame: Frame) -> None:
         view = self._of(frame)
         view.bind_octaves = partial(self.bind_octaves, frame.view)
+        view.stamp = self.ground_stamp(frame.view)
         _, grew = view.follow(frame)
         frame.view.structure += grew
+        if view.stale:
+            frame.view.snap.asked = True
         view.keep_dh_m = heights_seen(frame, frame.view.proxy.anchor_height_m)
         view.look(frame)
         view.ubo.write(view.block(self.ground.params.radius_m))
         view.ubo.bind()
 
     def rests(self, frame: Frame) -> bool:
-        return self._of(frame).rests(frame)
+        view = self._of(frame)
+        view.stamp = self.ground_stamp(frame.view)
+        return not view.stale and view.rests(frame)
 
     def declare(self, builder: GraphBuilder, view: ViewInfo) -> None:
         self.view(view.view).declare(builder, "terrain")
@@ -94,7 +99,7 @@ class GridBackend(Backend):
 
     def settled(self, view: View) -> bool:
         grid: GridMesh | None = view.found(self)
-        return grid is None or grid.fade is None or not grid.fade.running
+        return grid is None or not (grid.stale or (grid.fade is not None and grid.fade.running))
 
     def statistics(self) -> dict[str, int]:
         grid: GridMesh | None = self.views[0].found(self)

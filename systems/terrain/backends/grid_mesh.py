@@ -57,6 +57,8 @@ class GridChoice(CellChoice):
     """A selection and what its vertices depend on."""
 
     spacing: GridSpacing
+    stamp: int
+    """Of the ground that was there, see Backend.ground_stamp."""
 
     def foot_m(self, radius_m: float) -> NDArray[np.float64]:
         """The anchor's on the reference sphere, from the planet's centre."""
@@ -68,6 +70,7 @@ class GridSurface(NamedTuple):
 
     ground: GroundRevision
     min_spacing_m: float
+    stamp: int
 
 
 class GridMaking:
@@ -93,9 +96,19 @@ class GridMesh(SnappedMesh[GridChoice]):
         self.ubo = self.gpu.uniform_block(TerrainGridBlock, TERRAIN_GRID_BLOCK)
         self.ground: Ground
         self.bind_octaves: Callable[[], None] = lambda: None
+        self.stamp = 0
+
+    @property
+    def stale(self) -> bool:
+        """Whether vertices were made before finer ground came."""
+        return self.choice is not None and self.choice.stamp != self.stamp
 
     def surface(self, frame: Frame) -> GridSurface:
-        return GridSurface(self.ground.revision, float(frame.settings["terrain.min_spacing_m"]))
+        # Finer ground comes with a snap that is prepared, where one can be: then it fades in.
+        known = None if self.key is None else self.key.surface
+        waits = self.stale and not frame.at_once and frame.view.snap.possible
+        held = known.stamp if isinstance(known, GridSurface) and (waits or not self.stale) else self.stamp
+        return GridSurface(self.ground.revision, float(frame.settings["terrain.min_spacing_m"]), held)
 
     def choose(self, frame: Frame, proxy: Proxy, scale: Scale) -> GridChoice:
         field = self.ground.field
@@ -130,6 +143,7 @@ class GridMesh(SnappedMesh[GridChoice]):
             edge_rad=_DECIMATED_SHARE * angle_rad,
             chord_m=chord_limit_m(scale.pixel_rad, proxy.cell.radius_m),
             spacing=GridSpacing(angle_rad, smallest, above_ground),
+            stamp=self.stamp,
         )
 
     def bind(self, choice: GridChoice, first: int, snap: SnapAhead | None) -> None:

@@ -1,0 +1,137 @@
+"""Pages on disk: squares of them in compressed files, made once from tiles.
+
+All of the folder real_ground in the cache folder keeps to a limit, PLANETFALL_CACHE_MB (8000): when files have come to
+take more, those that were used longest ago go until a tenth of it is free. Whatever is gone is made again from tiles.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import time
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..settings import SettingError
+from .kept_ground import write_arrays
+from .pages import MadePage
+
+__all__ = ["SQUARE", "PageFiles", "keep_to_limit", "limit_bytes"]
+
+log = logging.getLogger(__name__)
+
+SQUARE = 4
+"""Pages a side of a file's."""
+_MOST_MB = 8000.0
+_LEFT = 0.9
+_TOUCHED_S = 600.0
+"""So often at most the time of use of a file is written."""
+_STALE_S = 3600.0
+
+
+def limit_bytes() -> int:
+    """What kept ground may take on disk. SettingError for a PLANETFALL_CACHE_MB that is no number of megabytes."""
+    text = os.environ.get("PLANETFALL_CACHE_MB", "")
+    try:
+        most = float(text) if text else _MOST_MB
+    except ValueError:
+        most = -1.0
+    if not 0.0 < most < float("inf"):
+        raise SettingError(f"PLANETFALL_CACHE_MB: {text!r}; expected megabytes above 0, such as {_MOST_MB:g}: unset it")
+    return int(1e6 * most)
+
+
+def keep_to_limit(folder: Path, most_bytes: int) -> int:
+    """Remove what was used longest ago until the folder has room again; the bytes that are left. Others may do the same
+    meanwhile."""
+    found: list[tuple[float, int, Path]] = []
+    for at, _, names in os.walk(folder):
+        for name in names:
+            with contextlib.suppress(OSError):
+                about = os.stat(f"{at}/{name}")
+                found.append((about.st_mtime, about.st_size, Path(at) / name))
+    taken = sum(size for _, size, _ in found)
+    if taken <= most_bytes:
+        return taken
+    found.sort()
+    now = time.time()
+    for age, size, path in found:
+        if path.suffix == ".part" and age > now - _STALE_S:  # somebody writes it
+            continue
+        if taken <= _LEFT * most_bytes and path.suffix != ".part":
+            break
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
+            taken -= size
+    return taken
+
+
+class PageFiles:
+    """The pages of one map. folder: None, there is no cache folder. root: what keeps to the limit."""
+
+    def __init__(self, folder: Path | None, root: Path | None) -> None:
+        self._folder, self._root = folder, root
+        self._most_bytes = limit_bytes()
+        self._taken: int | None = None
+        self._touched: dict[Path, float] = {}
+        self._lock = Lock()
+
+    @property
+    def keeps(self) -> bool:
+        """Whether there is a folder for them."""
+        return self._folder is not None
+
+    def _file(self, level: str, j: int, i: int) -> Path | None:
+        return None if self._folder is None else self._folder / f"{level}-{j // SQUARE}-{i // SQUARE}.npz"
+
+    def load(self, level: str, j: int, i: int) -> tuple[bool, MadePage | None]:
+        """Whether the square of the page in row j and column i of pages is there, and the page, None where nothing
+        is."""
+        file = self._file(level, j, i)
+        if file is None:
+            return False, None
+        name = f"{j}_{i}"
+        try:
+            with np.load(file, allow_pickle=False) as held:
+                self._touch(file)
+                if f"h{name}" not in held:
+                    return True, None
+                return True, MadePage(held[f"h{name}"], held.get(f"w{name}"), held[f"r{name}"])
+        except FileNotFoundError:
+            return False, None
+        except Exception as error:  # zip and numpy raise what they like for half a file
+            log.warning("%s cannot be used and will be written again: %s", file, error)
+            return False, None
+
+    def save(self, level: str, j: int, i: int, pages: dict[tuple[int, int], MadePage]) -> None:
+        """Keep a square: all of its pages that there are."""
+        arrays: dict[str, NDArray[Any]] = {}
+        for (row, column), page in pages.items():
+            name = f"{row}_{column}"
+            arrays[f"h{name}"], arrays[f"r{name}"] = page.heights, page.roughness
+            if page.weights is not None:
+                arrays[f"w{name}"] = page.weights
+        file = self._file(level, j, i)
+        if file is None or self._root is None or not write_arrays(file, arrays, small=True):
+            return
+        with self._lock:
+            if self._taken is None:
+                self._taken = keep_to_limit(self._root, self._most_bytes)
+            else:
+                with contextlib.suppress(OSError):
+                    self._taken += file.stat().st_size
+                if self._taken > self._most_bytes:
+                    self._taken = keep_to_limit(self._root, self._most_bytes)
+
+    def _touch(self, file: Path) -> None:
+        """What is used is kept."""
+        now = time.monotonic()
+        if now - self._touched.get(file, -_TOUCHED_S) >= _TOUCHED_S:
+            self._touched[file] = now
+            with contextlib.suppress(OSError):
+                os.utime(file)

@@ -1,0 +1,168 @@
+"""Blocks of samples made when they are asked for: the finest ones from tiles, the others as means of finer ones.
+
+As RawLevel has them, sample by sample, but only those asked for last are in memory.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import OrderedDict
+from collections.abc import Callable
+from threading import Lock
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lattice import Lattice
+from .raw_level import BLOCK, RawLevel, coarser_block
+from .tile_files import Found, TileError, read_part, read_tile
+from .tile_index import TileSet
+from .water_mask import water_of
+
+__all__ = ["SUPER", "LeastUsed", "MeansBlocks", "TileBlocks"]
+
+log = logging.getLogger(__name__)
+
+Heights = NDArray[np.float32]
+Ints = NDArray[np.int64]
+K = TypeVar("K")
+V = TypeVar("V")
+
+SUPER = 4
+"""Blocks a side of the squares that tiles are listed by."""
+_BLOCKS_KEPT = 160
+"""9 MB a level: a few squares of pages, with those around."""
+_DECODED_BYTES = 64 << 20
+
+
+class LeastUsed(Generic[K, V]):
+    """What was asked for last, up to `most` in all. size: of a value. Several threads may make the same value."""
+
+    def __init__(self, most: int, make: Callable[[K], V], size: Callable[[V], int] = lambda value: 1) -> None:
+        self._most, self._make, self._size = most, make, size
+        self._held: OrderedDict[K, V] = OrderedDict()
+        self._taken = 0
+        self._lock = Lock()
+
+    def get(self, key: K) -> V:
+        """The value, made anew if it is gone."""
+        with self._lock:
+            if key in self._held:
+                self._held.move_to_end(key)
+                return self._held[key]
+        value = self._make(key)
+        with self._lock:
+            if key not in self._held:
+                self._held[key] = value
+                self._taken += self._size(value)
+            while self._taken > self._most and len(self._held) > 1:
+                self._taken -= self._size(self._held.popitem(last=False)[1])
+        return value
+
+
+class _Blocks(RawLevel):
+    """A level whose blocks are made; `made` says of which. `blocks` stays empty."""
+
+    def __init__(self, lattice: Lattice) -> None:
+        super().__init__(lattice)
+        self._kept: LeastUsed[tuple[int, int], Heights | None] = LeastUsed(_BLOCKS_KEPT, self.make)
+
+    def block(self, key: tuple[int, int]) -> Heights | None:
+        return self._kept.get(key)
+
+    def make(self, key: tuple[int, int]) -> Heights | None:
+        """The block, None where it has no height."""
+        raise NotImplementedError
+
+
+class TileBlocks(_Blocks):
+    """The samples of a set's files. Of places that several tiles have, the first one's. what: for warnings."""
+
+    def __init__(self, tiles: TileSet, what: str) -> None:
+        super().__init__(tiles.lattice)
+        self.tiles, self._what = tiles, what
+        self._water = water_of(tiles.folder, what)
+        self.by_square = _squares(tiles)
+        """Numbers of the tiles in each square (row, column) of SUPER x SUPER blocks."""
+        self._decoded: LeastUsed[int, Heights] = LeastUsed(_DECODED_BYTES, self._decode, lambda values: values.nbytes)
+        self.broken: set[int] = set()
+        """Numbers of tiles that could not be read: there are none there."""
+
+    def make(self, key: tuple[int, int]) -> Heights | None:
+        j, i = key
+        out, period = None, self.lattice.period
+        wide = min(BLOCK, period - i * BLOCK) if period else BLOCK
+        for number in self.by_square.get((j // SUPER, i // SUPER), ()):
+            column, row, columns, rows = (int(v) for v in self.tiles.where[number])
+            first, end = max(j * BLOCK, row), min((j + 1) * BLOCK, row + rows)
+            for turn in (-period, 0, period) if period else (0,):
+                west, east = max(i * BLOCK, column + turn), min(i * BLOCK + wide, column + turn + columns)
+                if first >= end or west >= east or number in self.broken:
+                    continue
+                inside = slice(first - row, end - row), slice(west - column - turn, east - column - turn)
+                values = self._part(number, *inside)
+                if values is None or np.isnan(values).all():
+                    continue
+                if out is None:
+                    out = np.full((BLOCK, BLOCK), np.nan, np.float32)
+                part = out[first - j * BLOCK : end - j * BLOCK, west - i * BLOCK : east - i * BLOCK]
+                np.copyto(part, values, where=np.isnan(part))
+        return out
+
+    def _part(self, number: int, rows: slice, columns: slice) -> Heights | None:
+        file, where = self.tiles.tile(number)
+        try:
+            values = read_part(file, where, rows, columns)
+            if values is None:
+                values = self._decoded.get(number)[rows, columns]
+        except (TileError, OSError) as error:
+            if number not in self.broken:
+                self.broken.add(number)
+                log.warning("%s: %s (left out)", self._what, error)
+            return None
+        geoid_m = self.tiles.folder.geoid_m
+        values = values + np.float32(geoid_m) if geoid_m else values
+        if self._water is None:
+            return values
+        lattice, column, row = where.lattice, where.column + columns.start, where.row + rows.start
+        return self._water.lowered(values, Found(lattice, column, row, values.shape[1], values.shape[0]))
+
+    def _decode(self, number: int) -> Heights:
+        file, where = self.tiles.tile(number)
+        return read_tile(file, where, self.tiles.folder.png)
+
+
+def _squares(tiles: TileSet) -> dict[tuple[int, int], list[int]]:
+    """Numbers, ascending, of the tiles that touch each square."""
+    side, period = SUPER * BLOCK, tiles.lattice.period
+    found: dict[tuple[int, int], list[int]] = {}
+    for number, (column, row, columns, rows) in enumerate(tiles.where.tolist()):
+        across: set[int] = set()
+        for turn in (-period, 0, period) if period else (0,):
+            west, east = column + turn, column + turn + columns
+            if period:
+                west, east = max(west, 0), min(east, period)
+            if west < east:
+                across |= set(range(west // side, (east - 1) // side + 1))
+        for j in range(row // side, (row + rows - 1) // side + 1):
+            for i in across:
+                found.setdefault((j, i), []).append(number)
+    return found
+
+
+class MeansBlocks(_Blocks):
+    """Means of factor x factor samples of a finer level. stored: a block that was kept before, if it was."""
+
+    def __init__(
+        self, finer: RawLevel, factor: int, there: Callable[[tuple[int, int]], bool],
+        stored: Callable[[tuple[int, int]], Heights | None],
+    ) -> None:  # fmt: skip
+        super().__init__(finer.lattice.coarser(factor))
+        self._finer, self._factor, self._there, self._stored = finer, factor, there, stored
+
+    def make(self, key: tuple[int, int]) -> Heights | None:
+        if not self._there(key):
+            return None
+        kept = self._stored(key)
+        return coarser_block(self._finer, self._factor, *key) if kept is None else kept
