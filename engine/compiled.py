@@ -15,13 +15,15 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import platformdirs
 
 __all__ = ["Kernels", "Library", "inlined", "switched", "wanted"]
 
 log = logging.getLogger(__name__)
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 OFF = "PLANETFALL_COMPILED"
 """Environment variable: 0 leaves all work to numpy."""
@@ -77,10 +79,9 @@ class Kernels:
         return self._found
 
 
-def inlined(function: Callable[..., Any]) -> Any:
+def inlined(function: F) -> F:
     """A function of numbers that becomes a part of each loop that calls it."""
-    import numba
-
+    numba: Any = import_module("numba")
     return numba.njit(forceinline=True, error_model="numpy")(function)
 
 
@@ -95,13 +96,12 @@ class Library:
         self._folder = _writable(part, hashlib.sha256("\0".join(sources).encode()).hexdigest()[:16])
 
     @staticmethod
-    def part(function: Callable[..., Any]) -> Any:
+    def part(function: F) -> F:
         """A loop that kernels call."""
-        import numba
-
+        numba: Any = import_module("numba")
         return numba.njit(nogil=True, error_model="numpy")(function)
 
-    def kernel(self, function: Callable[..., Any]) -> Any:
+    def kernel(self, function: F) -> F:
         """The function, compiled when it is first called, or taken from the cache."""
         if self._folder is None:
             return self.part(function)

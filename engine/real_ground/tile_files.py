@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -219,7 +220,7 @@ def _read_png(file: Path, found: Found, png: str) -> NDArray[Any]:
     return np.where(array[..., 3] == 0, np.nan, heights)
 
 
-def tifffile_or_error() -> Any:
+def tifffile_or_error() -> ModuleType:
     """The module. TileError without it."""
     try:
         import tifffile

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import Terrain
 from ...engine.made_shaders import made_shader
 from ...engine.real_ground.color_ground import BEFORE, SLOT, WHOLE, ColorGround, ColorPages, ColorSet
 from ...engine.real_ground.color_level import SIDE
@@ -56,7 +57,7 @@ def _shader() -> str:
 made_shader("generated/terrain_color_numbers.glsl", _shader)
 
 
-def ground_colors(terrain: Any, params: TerrainParams, nm: Nanometres) -> CubeMap | ColorGround | None:
+def ground_colors(terrain: Terrain, params: TerrainParams, nm: Nanometres) -> CubeMap | ColorGround | None:
     """The colours that a Terrain component names, all around or as tiles. SettingError says what is wrong."""
     if not params.pictured:
         return color_cube(terrain.color_map, nm) if terrain.color_map else None
@@ -64,7 +65,7 @@ def ground_colors(terrain: Any, params: TerrainParams, nm: Nanometres) -> CubeMa
     return real_colors(terrain.color_map, nm, most_bytes, _WHAT, unlit, relief_of(params))
 
 
-def check_pictures(terrain: Any, params: TerrainParams) -> None:
+def check_pictures(terrain: Terrain, params: TerrainParams) -> None:
     """SettingError says what is wrong with the tiles of pictures that a Terrain component names. Reads no pixel."""
     require_relief(terrain.color_map_unlit, relief_of(params), _WHAT)
     open_tiles(terrain.color_map, _WHAT, kind=COLORS, quiet=True)

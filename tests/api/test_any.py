@@ -11,7 +11,10 @@ ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = ("engine", "systems", "planetfall", "components")
 KEYED = {"Mapping", "dict", "NDArray", "np.ndarray", "np.floating"}
 """What may hold `Any`: tables of values by name, and arrays of any kind of number."""
-FORMULAS = ("systems/terrain/height_", "systems/terrain/crater_form", "systems/terrain/rivers/form")
+FORMULAS = (
+    *("systems/terrain/height_", "systems/terrain/crater_form", "systems/terrain/rivers/form"),
+    *("engine/surface/noise_kernels", "systems/terrain/crater_kernels", "systems/terrain/eroded_kernels"),
+)
 """Their functions take whatever can be added and multiplied: numbers, arrays, and names of variables of a shader."""
 KNOWN: dict[str, int] = {
     "engine/blocks/layout.py": 1,
