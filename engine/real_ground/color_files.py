@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .tile_files import MAPS, Found, TileError, tifffile_or_error
+from .tile_files import Found, TileError, page_values, tifffile_or_error
 
 __all__ = ["read_color_tile"]
 
@@ -51,12 +51,7 @@ def _read_picture(file: Path) -> Pixels:
 def _read_tiff(file: Path) -> Pixels:
     with tifffile_or_error().TiffFile(file) as tiff:
         page = tiff.pages[0]
-        try:
-            values = page.asarray()
-        except ValueError as error:
-            if "imagecodecs" in str(error):
-                raise TileError(f"{file} is compressed in a way that needs imagecodecs: {MAPS}") from error
-            raise
+        values = page_values(file, page)
         tag, kind = page.tags.get("GDAL_NODATA"), int(page.photometric)
         planes = int(page.planarconfig) == 2
     if kind not in (1, 2, 6):

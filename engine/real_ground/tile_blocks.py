@@ -62,7 +62,7 @@ class LeastUsed(Generic[K, V]):
 
 
 class _Blocks(RawLevel):
-    """A level whose blocks are made; `made` says of which. `blocks` stays empty."""
+    """A level whose blocks are made, by `make`. `blocks` stays empty."""
 
     def __init__(self, lattice: Lattice) -> None:
         super().__init__(lattice)

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from types import ModuleType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,11 @@ from .lattice import MERCATOR_SIDE_M, Lattice
 
 __all__ = [
     "ENDINGS",
-    "MAPS",
     "PNG_CODES",
     "Found",
     "TileError",
     "find_tile",
+    "page_values",
     "read_part",
     "read_tile",
     "tifffile_or_error",
@@ -269,15 +269,26 @@ def _find_tiff(file: Path) -> Found:
     )  # fmt: skip
 
 
+class Page(Protocol):
+    """A picture of an open TIFF."""
+
+    def asarray(self) -> NDArray[Any]: ...
+
+
+def page_values(file: Path, page: Page) -> NDArray[Any]:
+    """What a page of an open GeoTIFF holds. TileError where a codec is missing."""
+    try:
+        return page.asarray()
+    except ValueError as error:
+        if "imagecodecs" in str(error):
+            raise TileError(f"{file} is compressed in a way that needs imagecodecs: {MAPS}") from error
+        raise
+
+
 def _read_tiff(file: Path, found: Found, png: str) -> NDArray[Any]:
     with tifffile_or_error().TiffFile(file) as tiff:
         page = tiff.pages[0]
-        try:
-            values = page.asarray()
-        except ValueError as error:
-            if "imagecodecs" in str(error):
-                raise TileError(f"{file} is compressed in a way that needs imagecodecs: {MAPS}") from error
-            raise
+        values = page_values(file, page)
         tag = page.tags.get("GDAL_NODATA")
     if values.ndim != 2:
         raise TileError(f"{file} has {values.shape[-1]} channels; expected one: heights in metres")
