@@ -120,10 +120,10 @@ class Plan:
             self._settle()
 
     def repeat(self) -> bool:
-        """Write the imports once more from what the last frame left, and run nothing else; False where that can't be.
+        """Write the host's imports once more from what the last frame left, run nothing else; False: that can't be.
 
         It can't after a frame that raised, before the first, after a resize or a change of what persists, and where a
-        pass that writes an import is followed by others, which may have used its inputs' memory.
+        pass that writes one is followed by others, which may have used its inputs' memory.
         """
         first = self._last_writers
         if self._released or self._unsettled or first is None:
@@ -155,9 +155,11 @@ class Plan:
         return True
 
     def _find_last_writers(self) -> int | None:
-        """Where the passes that write imports begin, if they are the last ones; None: others come after one of them."""
+        """Where the passes that write the host's imports begin, if they are the last ones; None: others come after one
+        of them. What a system lends stays as its passes left it."""
         model = self._analysis.model
-        writes = [any(n in model.imports for n in model.passes[i].writes) for i in self._analysis.culling.alive]
+        hosts = {name for name, spec in model.imports.items() if spec.lent is None}
+        writes = [not hosts.isdisjoint(model.passes[i].writes) for i in self._analysis.culling.alive]
         first = writes.index(True) if True in writes else len(writes)
         return first if all(writes[first:]) else None
 

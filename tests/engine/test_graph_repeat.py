@@ -46,3 +46,19 @@ def test_repeat_declines_where_inputs_may_be_gone() -> None:
     assert plan.repeat() is False
     plan.release()
     assert plan.repeat() is False
+
+
+def test_what_a_system_lends_stays_as_its_passes_left_it() -> None:
+    trail = Trail()
+    builder = GraphBuilder()
+    builder.import_("target", kind="framebuffer")
+    builder.import_("map", kind="texture", lent=object())
+    builder.add_pass("shadow", bind=trail.bind, writes=("map",))
+    builder.add_pass("draw", bind=trail.bind, reads=("map",), creates=(tex("x"),))
+    builder.add_pass("show", bind=trail.bind, reads=("x",), writes=("target",))
+    builder.export("target")
+    plan = builder.compile(NullBackend(), SIZE)
+    plan.bind_import("target", object())
+    assert trail.frame(plan) == ["shadow", "draw", "show"]
+    trail.ran.clear()
+    assert plan.repeat() and trail.ran == ["show"]
