@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..components import Atmosphere, Clouds, Composite, Ocean, Planet, Stars, Terrain
+from ..components import Atmosphere, Clouds, Composite, Cover, Ocean, Planet, Stars, Terrain
 from ..engine.settings import with_overrides
 from ..errors import SettingError
 
@@ -60,6 +60,7 @@ TRADES: tuple[_Trade, ...] = (
     _Trade("terrain.slots", "tiles that are kept: more are made again when the camera comes back", _halved(1024)),
     _Trade("clouds.map_texels", "the finest outlines of the weather, seen from space", _halved(256)),
     _Trade("clouds.shadow_texels", "sharpness of the clouds' shadows and light", _halved(64)),
+    _Trade("cover.shadow_texels", "sharpness of the trees' shadows", _halved(512)),
     _Trade("shadows.size", "sharpness of shadows on the ground", _halved(64)),
     _Trade("clouds.fibre_texels", "the finest fibres of cirrus", _halved(512)),
     _Trade("clouds.shape_texels", "variety of clouds near the camera", _halved(64)),
@@ -95,6 +96,8 @@ def estimate_bytes(settings: Mapping[str, Any], scene: Scene, size: tuple[int, i
         total += sum(side**3 for side in (sides[0], sides[0] // 2, sides[1])) * 2 * 8 / 7
         if has_cirrus(layers_of(clouds)):
             total += int(settings["clouds.fibre_texels"]) ** 2 * 4 * 4 / 3
+    if planet.has(Cover):
+        total += int(settings["cover.shadow_texels"]) ** 2 * 8
     if planet.has(Atmosphere):
         columns, rows, slices = (int(settings[f"atmosphere.{n}"]) for n in ("columns", "rows", "slices"))
         total += columns * 2 * rows * (slices + 1) * 32

@@ -31,7 +31,7 @@ MANY = 48
 _LONG_RUNS = 256
 """From so many waves on a software renderer takes twice as many pixels a lane."""
 
-_READ_WHERE_SHADED = {"ocean.shade", "terrain.shade"}
+_READ_WHERE_SHADED = {"ocean.shade", "terrain.shade", "cover.shade"}
 """Passes that read the sea's normals and roughness only where it is shaded (`ocean.shade_every`)."""
 
 _RG16_SNORM = 0x8F99  # moderngl takes it for rgba

@@ -104,11 +104,14 @@ def test_estimates_are_what_is_then_there(scene: pf.Scene, quality: str, size: t
 
 @pytest.mark.gpu
 def test_a_renderer_keeps_to_its_budget(scene: pf.Scene) -> None:
-    budget_mib = 102  # of which the table of rivers and the trees, which no knob makes smaller, take 52
+    budget_mib = 104  # of which the table of rivers, which no knob makes smaller, takes 45
     with pf.Renderer(scene, SIZE, "medium", {"memory.budget_mib": budget_mib}) as renderer:
         assert renderer.memory.lowered and renderer.settings["clouds.map_texels"] < 1024
         target = renderer.ctx.simple_framebuffer(SIZE)
         renderer.render_to(target, pf.view("near"))
-        assert used(renderer) <= budget_mib
+        # Without a GPU the clouds' volumes are r32f: twice what is planned for them.
+        shape, rims = (int(renderer.settings[f"clouds.{name}_texels"]) for name in ("shape", "rim"))
+        twice = sum(side**3 for side in (shape, shape // 2, rims)) * 2 * 8 / 7 / MIB
+        assert used(renderer) <= budget_mib + (twice if renderer.gpu.caps.is_software else 0.0)
         renderer.gpu.leave(target)
         target.release()

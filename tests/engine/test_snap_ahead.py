@@ -308,7 +308,7 @@ def test_pictures_by_themselves_and_settled_ones_do_not_wait(scene: pf.Scene):
             position_m = renderer.camera_state(camera).position_m
             assert renderer.views[0].proxy.cell.contains(position_m)
             if single:
-                with pf.Renderer(pf.load_scene("earth"), SIZE, "low") as fresh:
+                with pf.Renderer(scene, SIZE, "low") as fresh:
                     fresh.settle(camera, sun=flight.sun)
                     off = np.abs(fresh.render(camera, sun=flight.sun)["color"].astype(int) - found)
                 # Shadows and air of the flight have not settled.
@@ -335,7 +335,7 @@ def test_a_camera_that_waits_sees_no_hole(scene: pf.Scene, up: bool):
     flight = flight_of(scene, 40)
     cameras = flight.cameras[::-1] if up else flight.cameras
     checked = 0
-    with pf.Renderer(scene, SIZE, "low") as renderer, pf.Renderer(pf.load_scene("earth"), SIZE, "low") as single:
+    with pf.Renderer(scene, SIZE, "low") as renderer, pf.Renderer(scene, SIZE, "low") as single:
         renderer.settle(cameras[0], sun=flight.sun)
         for number, camera in enumerate(cameras[1:]):
             seen = renderer.render(camera, sun=flight.sun, dt_s=flight.frame_s, outputs=("surface",))["surface"] > 0
@@ -364,8 +364,8 @@ def test_nothing_is_prepared_where_it_is_off(scene: pf.Scene):
 
 @pytest.mark.gpu
 @pytest.mark.parametrize(("view", "step_m"), [("near", 4.0), pytest.param("high", 400.0, marks=pytest.mark.slow)])
-def test_the_ground_moves_little_at_a_snap_that_was_prepared(view: str, step_m: float):
-    with pf.Renderer(pf.load_scene("earth"), (192, 108), "medium") as renderer:
+def test_the_ground_moves_little_at_a_snap_that_was_prepared(scene: pf.Scene, view: str, step_m: float):
+    with pf.Renderer(scene, (192, 108), "medium") as renderer:
         path = snaps.forward_path(renderer.camera_state(pf.view(view)), step_m, 60)
         found = snaps.prepared_pops(renderer, list(path), 2)
     assert found.snaps == 2

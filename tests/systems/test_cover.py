@@ -437,7 +437,7 @@ def test_woods_are_those_of_the_materials(run_compute, gpu):
 
 
 def test_beaches_stay_where_forests_are_a_colour():
-    """Sand by its colour in the picture without trees: with them it is bright, and land behind it darker."""
+    """Sand by its colour in the picture without trees: with them it is bright, and land behind it less red."""
     shown = {}
     for density in (0.0, 1.0):
         with pf.load_scene("earth") as other:
@@ -456,7 +456,7 @@ def test_beaches_stay_where_forests_are_a_colour():
     assert sand.sum() > 60
     # They share pixels with the wood behind; a colour over the beach as well leaves 0.61.
     assert wooded[sand].mean() > 0.8 * bare[sand].mean()
-    assert wooded[land & ~sand].mean() < 0.95 * bare[land & ~sand].mean()
+    assert wooded[land & ~sand][:, 0].mean() < 0.95 * bare[land & ~sand][:, 0].mean()
 
 
 @pytest.mark.gpu
