@@ -37,7 +37,7 @@ _RIVER_COLUMN, _RIVER_REST, _RIVER_CELL = 64.0, 1.2e6, 9.7
 with 0.2 and 3.5 million cells of drainage, for any and for each of those cells. More land adds little: it is drier."""
 _CLOUD_MAPS, _CLOUD_SLICES = 6, 9
 _GALAXY_BYTES = 8 * MIB
-_REST_BYTES = MIB // 2
+_REST_BYTES = MIB
 """Index lists, stars, cells without their vertices."""
 _FEWEST_ROWS = 0.25
 """Of a picture's rows, that the budget may ask for."""
