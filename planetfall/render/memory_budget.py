@@ -32,7 +32,7 @@ edge_px)^2. Measured from 90 to 720 rows."""
 _CELL_STEP = 512
 """Buffers of cells grow by so many."""
 _SHADOW_LAYERS, _SHADOW_TEXEL, _SHADOW_SCRATCH = 16, 45, 16
-_RIVER_COLUMN, _RIVER_REST, _RIVER_CELL = 64.0, 1.2e6, 9.7
+_RIVER_COLUMN, _RIVER_REST, _RIVER_CELL = 64.0, 1.2e6, 10.5
 """Bytes of a planet's table of rivers: for (radius / width of the lattice's cells)^2; and, measured on the preset earth
 with 0.2 and 3.5 million cells of drainage, for any and for each of those cells. More land adds little: it is drier."""
 _CLOUD_MAPS, _CLOUD_SLICES = 6, 9
