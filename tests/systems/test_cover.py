@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from planetfall.systems.cover.chance import draws, patches
 from planetfall.systems.cover.growth import Growing
 from planetfall.systems.cover.near import plots_within
 from planetfall.systems.cover.records import tree_records, windows
+from planetfall.systems.cover.shadow_map import CoverMapBlock
 from planetfall.systems.cover.stand import Species, plot_level
 from planetfall.systems.terrain.height import TerrainField, TerrainParams
 from planetfall.systems.terrain.height_table import octave_table
@@ -469,3 +472,13 @@ def test_trees_and_props_stand_in_one_picture():
         renderer.settle(view)
         surface = renderer.render(view, outputs=("surface",))["surface"]
     assert {1, 3, 4} <= set(np.unique(surface).tolist())
+
+
+def test_shaders_made_for_trees_find_their_names_where_there_are_none():
+    """While a planet's trees are taken off, those of its ground are expanded once more with the contract's default."""
+    text = (Path(pf.__file__).parents[1] / "assets/shaders" / "common/cover_light.glsl").read_text()
+    members = re.search(r"struct CoverMap \{(.*?)\};", text, re.S)
+    assert members is not None
+    found = set(re.findall(r"(\w+)(?:\[\d+\])?[,;]", members[1]))
+    of_the_map = {"x", "y", "middle_m", "per_m", "per_depth_m"}
+    assert found == set(CoverMapBlock.__annotations__) - of_the_map
