@@ -40,7 +40,7 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
                     f"use at most {0.25 * radius:g}"
                 )
         if terrain.lowest_m < terrain.highest_m and (
-            terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None
+            terrain.height_map or terrain.color_map or terrain.vector_map or terrain.height_map_range_m is not None
         ):
             from ..systems.terrain.height import TerrainParams
             from ..systems.terrain.real_colors import check_pictures, ground_colors

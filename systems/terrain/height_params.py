@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ...engine.real_ground.polygons import Polygons
 from ...engine.real_ground.real_ground import RealGround
 from ...engine.real_ground.resident import real_ground
 from ...engine.real_ground.tile_index import is_tiles
@@ -86,7 +87,8 @@ class TerrainParams:
         are any.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
-    rivers: lines that carve the ground (systems/terrain/rivers/).
+    rivers: lines that carve the ground (systems/terrain/rivers/). water: those of a vector map, which don't; woods: its
+    forests (systems/terrain/vector_water/).
     """
 
     radius_m: float = 6.371e6
@@ -111,6 +113,8 @@ class TerrainParams:
     pictured: bool = False
     erosion: float = 0.0
     rivers: RiverTable | None = None
+    water: RiverTable | None = None
+    woods: Polygons | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
@@ -180,8 +184,7 @@ class TerrainParams:
         # Tiles of ground keep the heights that they were made with: those may not come later.
         streams = getattr(terrain, "backend", "grid") == "grid" and getattr(terrain, "method", "ours") == "ours"
         real = real_ground(path, most_bytes, "Terrain.height_map", streams) if tiles else None
-        _asked_for(real)
-        return TerrainParams(
+        found = TerrainParams(
             radius_m=float(radius_m),
             seed=int(terrain.seed),
             highest_m=float(terrain.highest_m),
@@ -193,6 +196,17 @@ class TerrainParams:
             real=real,
             **knobs,
         )
+        if vectors := getattr(terrain, "vector_map", ""):
+            from .vector_water.ground import mapped_ground  # which asks this ground for its heights
+
+            found = mapped_ground(found, vectors, most_bytes, getattr(terrain, "rivers", 0.0))
+        _asked_for(found.real)
+        return found
+
+    @property
+    def waters(self) -> RiverTable | None:
+        """All that there is of rivers and lakes."""
+        return self.water if self.rivers is None else self.rivers
 
     @property
     def scale(self) -> float:

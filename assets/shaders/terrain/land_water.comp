@@ -143,8 +143,13 @@ uvec4 pixel_of(ivec2 pixel) {
         && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m + SEA_HAIR_M);
     float share = 1.0;
     float rise = dot(w.slope, place.point);
-    bool sunk = water && over_water(place.point, 1.0, w.level, 1.0, rise) < 0.0
-        && over_water(place.point, 0.0, w.level, 1.0, rise) > 0.0;
+    float ground_over = over_water(place.point, 1.0, w.level, 1.0, rise);
+    bool sunk = water && ground_over < 0.0 && over_water(place.point, 0.0, w.level, 1.0, rise) > 0.0;
+    // The shore of a lake on a map is the ground's, wherever its lines reach.
+    bool mapped = terrain_table.rivers.given != 0 && w.lake > 0.5;
+    water = water && (sunk || !mapped);
+    w.above = mapped ? max(ground_over, 0.0) : w.above;
+    w.coverage = mapped && ground_over > 0.0 ? 0.0 : w.coverage;
     if (sunk) share = share_to_water(place.point, w.level, 1.0, rise);
     bool better = false;
     LandWater there = w;
@@ -157,6 +162,7 @@ uvec4 pixel_of(ivec2 pixel) {
     if (better) share = share_to_water(place.point, there.level, share, dot(there.slope, place.point));
 #endif
     float depth_m = better ? there.depth : w.depth;
+    depth_m = mapped ? max(-ground_over, 0.0) : depth_m;
     vec3 tilt = better ? there.tilt : w.tilt;
     tilt -= up * dot(up, tilt);
     vec3 normal = normalize(up_at(share * place.point) - tilt);
