@@ -148,7 +148,7 @@ uvec4 pixel_of(ivec2 pixel) {
     // The shore of a lake on a map is the ground's, wherever its lines reach.
     bool mapped = terrain_table.rivers.given != 0 && w.lake > 0.5;
     water = water && (sunk || !mapped);
-    w.above = mapped ? max(ground_over, 0.0) : w.above;
+    w.above = mapped ? (w.beyond < 0.0 ? max(ground_over, 0.0) : WATER_NOWHERE_M) : w.above;
     w.coverage = mapped && ground_over > 0.0 ? 0.0 : w.coverage;
     if (sunk) share = share_to_water(place.point, w.level, 1.0, rise);
     bool better = false;

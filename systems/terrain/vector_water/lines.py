@@ -144,7 +144,7 @@ def _round_lines(
         mark = np.zeros((rows, columns), dtype=bool)
         mark[r[on], c[on]] = True
         if on.any():
-            never |= _grown(mark, 1) & ~shore
+            never |= _grown(mark, 1) & ~_grown(wet, 1)
     centres = [
         (first[0] + (a + 0.5) * (cell_m / x), first[1] - (b + 0.5) * (cell_m / y), r * cell_m)
         for a, b, r in _discs(np.argwhere(wet)[:, ::-1].astype(np.float64), np.argwhere(never)[:, ::-1])

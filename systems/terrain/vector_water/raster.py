@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.real_ground.lattice import Lattice
-from ....engine.real_ground.page_levels import heights_of
+from ....engine.real_ground.lattice import Lattice, directions_at
 from ....engine.real_ground.pages import SLOT, PageLevel, pages_of
 from ....engine.real_ground.polygons import Polygons
 from ....engine.real_ground.raw_level import BLOCK, RawLevel
+from ....engine.real_ground.real_ground import RealGround
 from ..rivers.table import CELL_STEPS, RiverTable
 from .bodies import Body, Ground, along, metres_per_deg
 
@@ -101,8 +101,8 @@ def _levels(
         heights = ground(latitude_deg, longitude_deg)
         if below is None:
             return heights
-        wide_bed = heights_of(below)(latitude_deg, longitude_deg)
-        return np.where(np.isnan(wide_bed), heights, wide_bed)
+        bed, rest = RealGround((below,), (0,), (0,), 0.0, 0.0).heights(directions_at(latitude_deg, longitude_deg))
+        return bed + rest * heights
 
     if near.blocks:
         level = pages_of(near, around, True)
