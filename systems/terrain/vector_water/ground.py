@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.real_ground.lattice import directions_at
+from ....engine.real_ground.pages import PageLevel
 from ....engine.real_ground.polygons import Polygons
 from ....engine.real_ground.real_ground import RealGround
 from ....engine.real_ground.resident import MOST_LEVELS
 from ....engine.real_ground.tile_files import TileError
 from ....engine.real_ground.vector_file import VectorMap, vector_map, vector_stamp
 from ..height import height
-from ..height_params import TerrainParams, forget_with_tiles
+from ..height_params import TerrainParams
 from .bodies import lakes_of, seas_of
 from .lines import water_table
 from .raster import water_levels
@@ -45,14 +46,12 @@ def mapped_ground(params: TerrainParams, path: str, most_bytes: int, rivers: flo
 
 @lru_cache(maxsize=2)
 def _mapped(params: TerrainParams, path: str, _stamp: tuple[str, int, int], most_bytes: int) -> TerrainParams:
+    # Not forgotten with tiles: planets of a scene are asked for by turns.
     found = vector_map(path)
     woods = Polygons(rings for patch in found.forests for rings in patch.polygons) if found.forests else None
     if not found.watered:
         return replace(params, woods=woods)
     return _watered(replace(params, woods=woods), params, found, most_bytes)
-
-
-forget_with_tiles(_mapped.cache_clear)
 
 
 def _watered(params: TerrainParams, plain: TerrainParams, found: VectorMap, most_bytes: int) -> TerrainParams:
@@ -70,7 +69,7 @@ def _watered(params: TerrainParams, plain: TerrainParams, found: VectorMap, most
     return replace(params, water=table, real=_over(params.real, levels, what))
 
 
-def _over(real: RealGround | None, levels: list, what: str) -> RealGround | None:
+def _over(real: RealGround | None, levels: list[tuple[PageLevel, int]], what: str) -> RealGround | None:
     """Levels over those of tiles."""
     if not levels:
         return real

@@ -20,6 +20,7 @@ from ....engine.real_ground.polygons import Polygons
 from ....engine.real_ground.raw_level import BLOCK, RawLevel
 from ....engine.real_ground.real_ground import RealGround
 from ..rivers.table import CELL_STEPS, RiverTable
+from ..rivers.valleys import waters
 from .bodies import Body, Ground, along, metres_per_deg
 
 __all__ = ["water_levels"]
@@ -78,11 +79,18 @@ def water_levels(
             "%s: shores are known to %.0f m instead of %.0f m, to fit into half of Terrain.height_map_most_mb; raise "
             "it, or give a smaller piece", what, step_m, first_m,
         )  # fmt: skip
-    return _levels(bodies, lines, ground, radius_m, lattice, fine, coarse)
+    return _levels(bodies, lines, table, ground, radius_m, lattice, fine, coarse)
 
 
 def _levels(
-    bodies: Sequence[Body], lines: _Lines, ground: Ground, radius_m: float, lattice: Lattice, fine: Ints, coarse: Ints
+    bodies: Sequence[Body],
+    lines: _Lines,
+    table: RiverTable | None,
+    ground: Ground,
+    radius_m: float,
+    lattice: Lattice,
+    fine: Ints,
+    coarse: Ints,
 ) -> list[tuple[PageLevel, int]]:
     wide = RawLevel(lattice.coarser(FACTOR))
     for j, i in coarse.tolist():
@@ -91,7 +99,7 @@ def _levels(
             wide.blocks[j, i] = bed
     near = RawLevel(lattice)
     for j, i in fine.tolist():
-        values = _shore_block(bodies, lines, ground, radius_m, lattice, j, i)
+        values = _shore_block(bodies, lines, table, ground, radius_m, lattice, j, i)
         if not np.isnan(values).all():
             near.blocks[j, i] = values
     found = []
@@ -252,7 +260,14 @@ def _share_of(body: Body, lattice: Lattice, row: int, column: int, side: int) ->
 
 
 def _shore_block(
-    bodies: Sequence[Body], lines: _Lines, ground: Ground, radius_m: float, lattice: Lattice, j: int, i: int
+    bodies: Sequence[Body],
+    lines: _Lines,
+    table: RiverTable | None,
+    ground: Ground,
+    radius_m: float,
+    lattice: Lattice,
+    j: int,
+    i: int,
 ) -> NDArray[np.float32]:
     """A fine block: beds of water, and the ground around it."""
     shape = BLOCK, BLOCK
@@ -273,7 +288,11 @@ def _shore_block(
         dry = near & ~wet
         floor[dry] = np.maximum(floor[dry], (body.level_m + _BANK_M * (1.0 - 2.0 * here))[dry])
         beyond[dry] = np.minimum(beyond[dry], np.clip(-inner, 0.0, 1.0)[dry])
-    _rivers(lines, lattice, radius_m, j, i, bed, floor, beyond)
+    stream = np.full(shape, np.inf)
+    _rivers(lines, lattice, radius_m, j, i, stream, floor, beyond)
+    if table is not None and np.isfinite(bed).any():
+        _below_mouths(table, lattice, j, i, stream, np.isfinite(stream) & ~np.isfinite(bed))
+    bed = np.minimum(bed, stream)
     values = np.where(np.isfinite(bed), bed, np.nan)
     asked = np.isnan(values) & np.isfinite(beyond)
     rows, columns = np.nonzero(asked)
@@ -282,6 +301,17 @@ def _shore_block(
         own, low, t = ground(latitude, longitude), floor[asked], beyond[asked]
         values[asked] = low + t * t * (3.0 - 2.0 * t) * (np.maximum(own, low) - low)
     return values.astype(np.float32)
+
+
+def _below_mouths(
+    table: RiverTable, lattice: Lattice, j: int, i: int, stream: Floats, asked: NDArray[np.bool_]
+) -> None:
+    """Beds of rivers where a lake's lines pull their level down: below that as well."""
+    rows, columns = np.nonzero(asked)
+    latitude, longitude = lattice.place(columns + i * BLOCK, rows + j * BLOCK)
+    found = waters(table, directions_at(latitude, longitude) * table.radius_m)
+    low = np.where(found.beyond_m < 0.0, found.level_m - _BANK_M, np.inf)
+    stream[asked] = np.minimum(stream[asked], low)
 
 
 def _rivers(
