@@ -131,9 +131,10 @@ def _round_lines(
     wet = share_of(lake) > 0.0
     shore = _grown(wet, int(np.ceil(_SHORE_M / cell_m)))
     j, i = np.nonzero(~shore)
-    longitude, latitude = first[0] + (i + 0.5) * (cell_m / x), first[1] - (j + 0.5) * (cell_m / y)
+    longitude: Floats = first[0] + (i + 0.5) * (cell_m / x)
+    latitude: Floats = first[1] - (j + 0.5) * (cell_m / y)
     never = np.zeros((rows, columns), dtype=bool)
-    never[j, i] = ground(np.clip(latitude, -90.0, 90.0), longitude) < lake.level_m + _DRY_M
+    never[j, i] = ground(latitude.clip(-90.0, 90.0), longitude) < lake.level_m + _DRY_M
     for k, other in enumerate(lakes):
         a, b = other.area.bounds, lake.area.bounds
         if k != number and a[0] < b[2] + more_m / x and a[2] > b[0] - more_m / x and a[1] < b[3] and a[3] > b[1]:
