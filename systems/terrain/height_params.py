@@ -16,7 +16,7 @@ from ...engine.surface.map_files import MapError
 from .height_map import HeightMap, height_map
 from .rivers.table import RiverTable
 
-__all__ = ["TerrainParams", "forget_with_tiles"]
+__all__ = ["TerrainParams", "asked_for", "forget_with_tiles"]
 
 KNOBS = (
     "land_share",
@@ -58,7 +58,8 @@ def forget_with_tiles(clear: Callable[[], None]) -> None:
     _forget.append(clear)
 
 
-def _asked_for(real: RealGround | None) -> None:
+def asked_for(real: RealGround | None) -> None:
+    """Say which tiles are, and let go what is known of others."""
     if real is not (_tiles[0]() if _tiles else None):
         for clear in _forget:
             clear()
@@ -152,10 +153,11 @@ class TerrainParams:
         object.__setattr__(self, "lowest_m", min(self.lowest_m, low - room))
 
     @staticmethod
-    def from_component(terrain: Any, radius_m: float) -> TerrainParams:
+    def from_component(terrain: Any, radius_m: float, tell: bool = True) -> TerrainParams:
         """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults.
 
-        Reads the height map, if it names one. Without rivers: ground_params.py adds them.
+        Reads the height map, if it names one. Without rivers and vector map: ground_params.py adds them. tell: say
+        which tiles were asked for (`asked_for`); else somebody else does.
         """
         path, range_m = getattr(terrain, "height_map", ""), getattr(terrain, "height_map_range_m", None)
         if range_m is not None and not range_m[0] < range_m[1]:
@@ -184,7 +186,9 @@ class TerrainParams:
         # Tiles of ground keep the heights that they were made with: those may not come later.
         streams = getattr(terrain, "backend", "grid") == "grid" and getattr(terrain, "method", "ours") == "ours"
         real = real_ground(path, most_bytes, "Terrain.height_map", streams) if tiles else None
-        found = TerrainParams(
+        if tell:
+            asked_for(real)
+        return TerrainParams(
             radius_m=float(radius_m),
             seed=int(terrain.seed),
             highest_m=float(terrain.highest_m),
@@ -196,12 +200,6 @@ class TerrainParams:
             real=real,
             **knobs,
         )
-        if vectors := getattr(terrain, "vector_map", ""):
-            from .vector_water.ground import mapped_ground  # which asks this ground for its heights
-
-            found = mapped_ground(found, vectors, most_bytes, getattr(terrain, "rivers", 0.0))
-        _asked_for(found.real)
-        return found
 
     @property
     def waters(self) -> RiverTable | None:

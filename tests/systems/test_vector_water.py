@@ -15,6 +15,7 @@ from planetfall.engine.blocks.bindings import HEIGHT_MAP_UNIT
 from planetfall.engine.frame.labels import instances_of
 from planetfall.engine.real_ground.lattice import directions_at
 from planetfall.engine.real_ground.polygons import Polygons
+from planetfall.systems.terrain.ground_params import ground_params
 from planetfall.systems.terrain.height import height_at_points
 from planetfall.systems.terrain.height_table import canonical_table, octave_table
 from planetfall.systems.terrain.real_texture import fixed_unit_m, real_texels
@@ -162,7 +163,6 @@ def test_a_map_without_tiles_and_a_sea_with_an_island(tmp_path):
     on_island = np.abs(longitude - 179.999) < 0.0018
     beside = np.abs(longitude - 179.999) > 0.0022
     assert (height[on_island] > 0.0).all() and (height[beside] < 0.0).all() and height.min() > -13.0
-    assert ground._field.params.water is None
     outside = np.ascontiguousarray(directions_at(np.full(9, -49.98), np.linspace(179.9, 180.1, 9)).T)
     plain = pf.TerrainSampler(plain_of(scene_of(path)))
     np.testing.assert_allclose(ground.height(outside), plain.height(outside), atol=1e-6)
@@ -211,7 +211,8 @@ HEADER = "#define TERRAIN_SOURCES_CHOSEN\n#define TERRAIN_TILED\n"
 @pytest.mark.parametrize("canonical", [False, True])
 def test_heights_on_the_gpu(run_compute, gpu, valley, canonical):
     """Within a millimetre of float64: on shores, beds, banks, and where levels end."""
-    params = valley.ground._field.params
+    terrain = scene_of(valley.file, valley.folder).planet[pf.Terrain]
+    params = ground_params(terrain, RADIUS_M)
     scope = gpu.scope("test")
     rng = np.random.default_rng(3)
     up = directions_at(LATITUDE + 0.004, LONGITUDE)
