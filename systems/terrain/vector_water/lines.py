@@ -131,8 +131,8 @@ def _round_lines(
     wet = share_of(lake) > 0.0
     shore = _grown(wet, int(np.ceil(_SHORE_M / cell_m)))
     j, i = np.nonzero(~shore)
-    longitude: Floats = first[0] + (i + 0.5) * (cell_m / x)
-    latitude: Floats = first[1] - (j + 0.5) * (cell_m / y)
+    longitude = np.asarray(first[0] + (i + 0.5) * (cell_m / x), dtype=np.float64)
+    latitude = np.asarray(first[1] - (j + 0.5) * (cell_m / y), dtype=np.float64)
     never = np.zeros((rows, columns), dtype=bool)
     never[j, i] = ground(latitude.clip(-90.0, 90.0), longitude) < lake.level_m + _DRY_M
     for k, other in enumerate(lakes):

@@ -187,8 +187,8 @@ def _wide_blocks(lattice: Lattice, bodies: Sequence[Body]) -> Ints | None:
         if len(rows) * len(columns) + sum(map(len, found)) > _MOST_BLOCKS:
             return None
         j, i = (v.ravel() for v in np.meshgrid(rows, columns, indexing="ij"))
-        latitude: Floats = 90.0 - (j + 0.5) * BLOCK * 180.0 / lattice.down
-        longitude: Floats = (i + 0.5) * BLOCK * 360.0 / lattice.across - 180.0
+        latitude = np.asarray(90.0 - (j + 0.5) * BLOCK * 180.0 / lattice.down, dtype=np.float64)
+        longitude = np.asarray((i + 0.5) * BLOCK * 360.0 / lattice.across - 180.0, dtype=np.float64)
         near = body.area.inside(longitude, latitude)
         points = along(body.area.edges, 0.5 * BLOCK * lattice.step_deg, 60 * _MOST_BLOCKS + len(body.area.edges))
         column, row = _samples(lattice, *points.T)
