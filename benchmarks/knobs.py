@@ -287,6 +287,7 @@ NOT_IN_A_PICTURE: dict[str, str] = {
     "cover.felled": "names of single trees; see test_felling",
     "cover.mask": "a function; see test_cover_mask",
     "terrain.height_map_most_mb": "of tiles of elevation, which no preset has; see test_real_terrain",
+    "terrain.vector_map": "a file of water and forests, which no preset has; see test_vector_water",
     "terrain.color_map_most_mb": "of tiles of pictures, which no preset has; see test_real_colors",
     "terrain.color_map_unlit": "of tiles of pictures, which no preset has; see test_color_unlit",
     "terrain.backend": "the same ground cut differently, meant to look alike; see test_tiles",

@@ -171,6 +171,14 @@ class Terrain:
         group="maps",
     )
 
+    vector_map: str = knob(
+        "",
+        help="Lakes, rivers, coasts and forests: a GeoJSON file (RFC 7946)",
+        cost="about 0.1 MB for each kilometre of shore, here and on the GPU, and time to make it",
+        group="maps",
+        widget="path",
+    )
+
     rock_albedo: Vec3 = knob(
         (0.16, 0.145, 0.125), 0.0, 1.0, "", "Share of light that bare rock throws back", group="ground", widget="color"
     )

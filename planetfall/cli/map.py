@@ -20,18 +20,21 @@ console = Console()
 map_app = App(help="Elevation and pictures from tiles: what a folder holds, and reading heights before a scene does.")
 
 Folder = Annotated[str, Parameter(help="A folder of tiles, or an index file (.toml).")]
+Map = Annotated[str, Parameter(help="A folder of tiles, an index file (.toml), or a vector map (.geojson, .json).")]
+_VECTORS = (".geojson", ".json")
 _SEA_LEVEL_RADIUS_M = 6.371e6
 
 
 @map_app.command(name="info")
 def info_command(
-    folder: Folder,
+    folder: Map,
     *,
     kind: Literal["heights", "colors", "water"] | None = None,
     width_px: int = 1024,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
 ) -> None:
-    """Say what a folder of tiles holds, of elevation or of pictures: coverage, resolution, ranges and gaps.
+    """Say what a folder of tiles holds, of elevation or of pictures: coverage, resolution, ranges and gaps; or what a
+    GeoJSON file of water and forests does: features by kind, extent, and what is ignored and why.
 
     apart: samples, at the equator of the Earth. voids: samples without a height, pixels that show nothing. missing:
     tiles that the bounds have room for and that are not there.
@@ -52,6 +55,11 @@ def info_command(
 
     if width_px < 1:
         raise SettingError(f"width_px: {width_px}; expected 1 or more pixels")
+    if folder.lower().endswith(_VECTORS):
+        if output is not None or kind is not None:
+            raise SettingError(f"{folder} is a vector map, of which only counts are printed; leave out -o and --kind")
+        _say_vectors(folder)
+        return
     if output is not None:
         require_writable(output)
     with counted("looking", 1) as progress:
@@ -84,6 +92,27 @@ def info_command(
 
         write_png(output, picture)
         written(output)
+
+
+def _say_vectors(path: str) -> None:
+    from ..engine.real_ground.vector_file import vector_map
+
+    found = vector_map(path, "map")
+    table = Table("kind", "features", box=None)
+    for kind, count in sorted(found.counts.items()):
+        table.add_row(kind, f"{count:,}")
+    console.print(table)
+    points = found.points()
+    if len(points):
+        (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
+        console.print(
+            f"{found.vertices:,} vertices, south to north {south:.4f} to {north:.4f}, west to east {west:.4f} to "
+            f"{east:.4f}", soft_wrap=True,
+        )  # fmt: skip
+    if found.repaired:
+        console.print(f"repaired: {found.repaired:,} rings that were not closed")
+    for why, count in found.ignored.most_common():
+        console.print(f"ignored: {count:,} ({why})", markup=False, soft_wrap=True)
 
 
 @map_app.command(name="make")

@@ -37,7 +37,7 @@ def water_at(field: TerrainField, sea_level_m: float | None, directions: Floats)
     level, current = np.full(len(directions), np.nan), np.zeros((len(directions), 3))
     if sea_level_m is not None:
         level[height < sea_level_m] = sea_level_m
-    rivers = field.params.rivers
+    rivers = field.params.waters
     if rivers is not None:
         found = waters(rivers, directions.T * field.radius_m)
         wet = (found.beyond_m < 0.0) & (found.level_m > height)

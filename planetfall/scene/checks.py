@@ -40,13 +40,13 @@ def planet_problems(name: str, parts: Parts, sun: Sun, settings: Mapping[str, An
                     f"use at most {0.25 * radius:g}"
                 )
         if terrain.lowest_m < terrain.highest_m and (
-            terrain.height_map or terrain.color_map or terrain.height_map_range_m is not None
+            terrain.height_map or terrain.color_map or terrain.vector_map or terrain.height_map_range_m is not None
         ):
-            from ..systems.terrain.height import TerrainParams
+            from ..systems.terrain.ground_params import dry_ground
             from ..systems.terrain.real_colors import check_pictures, ground_colors
 
             try:
-                params = TerrainParams.from_component(terrain, radius)
+                params = dry_ground(terrain, radius)
                 if params.pictured and "light.wavelengths" not in settings:
                     check_pictures(terrain, params)  # a renderer's wavelengths say how they are read
                 else:

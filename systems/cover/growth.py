@@ -24,13 +24,15 @@ _SAVANNA_HUMID, _SAVANNA_WARM = (0.38, 0.46, 0.55, 0.49), (0.40, 0.60)
 
 
 class GrowingGround(Protocol):
-    """What is asked of the ground: heights, and what only it knows of water. Directions are unit vectors (N, 3)."""
+    """What is asked of the ground: heights, and what only it knows of water and
+    of forests on a map. Directions are unit vectors (N, 3)."""
 
     @property
     def radius_m(self) -> float: ...
     def height(self, directions: Floats) -> Floats: ...
     def moisture(self, directions: Floats) -> Floats: ...
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]: ...
+    def wooded(self, directions: Floats) -> NDArray[np.bool_]: ...
 
 
 def ramp(a: float, b: float, x: Floats) -> Floats:

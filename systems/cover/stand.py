@@ -181,6 +181,7 @@ def plants_in(
     # On the beach a few palms.
     lowest = np.where((species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH), _UP_BEACH, 0.0)
     dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~ground.is_wet(direction, height - _BANK_M)
+    dry &= ground.wooded(direction)
     if cover.mask is not None and len(direction):
         dry &= chance[2] < share[on] * mask_share(cover.mask, direction)
     return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]

@@ -20,6 +20,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.real_ground.lattice import sphere_place
 from .height_model import Model
 from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heights_slopes, model_of, widest_noise
 from .height_params import TerrainParams, forget_with_tiles
@@ -168,10 +169,18 @@ class TerrainField:
 
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]:
         """Whether places (N,) of that height lie under a river or a lake."""
-        if self.params.rivers is None or not len(directions):
+        if self.params.waters is None or not len(directions):
             return np.zeros(len(directions), dtype=bool)
-        found = waters(self.params.rivers, directions.T * self.radius_m)
+        found = waters(self.params.waters, directions.T * self.radius_m)
         return (found.beyond_m < 0.0) & (found.level_m > height_m)
+
+    def wooded(self, directions: Floats) -> NDArray[np.bool_]:
+        """Whether a map lets trees stand at places (N,): all but those beside its forests, within their bounds."""
+        woods = self.params.woods
+        if woods is None:
+            return np.ones(len(directions), dtype=bool)
+        latitude_deg, longitude_deg = sphere_place(directions.T)
+        return ~woods.boxed(longitude_deg, latitude_deg) | woods.inside(longitude_deg, latitude_deg)
 
     def height_gradient(self, directions: Floats, footprint_m: float | Floats | None = None) -> tuple[Floats, Floats]:
         """Heights (N,) and tangential gradients (N, 3) at unit directions (N, 3)."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ...engine.real_ground.polygons import Polygons
 from ...engine.real_ground.real_ground import RealGround
 from ...engine.real_ground.resident import real_ground
 from ...engine.real_ground.tile_index import is_tiles
@@ -15,7 +16,7 @@ from ...engine.surface.map_files import MapError
 from .height_map import HeightMap, height_map
 from .rivers.table import RiverTable
 
-__all__ = ["TerrainParams", "forget_with_tiles"]
+__all__ = ["TerrainParams", "asked_for", "forget_with_tiles"]
 
 KNOBS = (
     "land_share",
@@ -57,7 +58,8 @@ def forget_with_tiles(clear: Callable[[], None]) -> None:
     _forget.append(clear)
 
 
-def _asked_for(real: RealGround | None) -> None:
+def asked_for(real: RealGround | None) -> None:
+    """Say which tiles are, and let go what is known of others."""
     if real is not (_tiles[0]() if _tiles else None):
         for clear in _forget:
             clear()
@@ -86,7 +88,8 @@ class TerrainParams:
         are any.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
-    rivers: lines that carve the ground (systems/terrain/rivers/).
+    rivers: lines that carve the ground (systems/terrain/rivers/). water: those of a vector map, which don't; woods: its
+    forests (systems/terrain/vector_water/).
     """
 
     radius_m: float = 6.371e6
@@ -111,6 +114,8 @@ class TerrainParams:
     pictured: bool = False
     erosion: float = 0.0
     rivers: RiverTable | None = None
+    water: RiverTable | None = None
+    woods: Polygons | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius_m) and self.radius_m > 0.0):
@@ -148,10 +153,11 @@ class TerrainParams:
         object.__setattr__(self, "lowest_m", min(self.lowest_m, low - room))
 
     @staticmethod
-    def from_component(terrain: Any, radius_m: float) -> TerrainParams:
+    def from_component(terrain: Any, radius_m: float, tell: bool = True) -> TerrainParams:
         """Params of a Terrain component, or of anything with its fields; knobs that it lacks keep their defaults.
 
-        Reads the height map, if it names one. Without rivers: ground_params.py adds them.
+        Reads the height map, if it names one. Without rivers and vector map: ground_params.py adds them. tell: say
+        which tiles were asked for (`asked_for`); else somebody else does.
         """
         path, range_m = getattr(terrain, "height_map", ""), getattr(terrain, "height_map_range_m", None)
         if range_m is not None and not range_m[0] < range_m[1]:
@@ -180,7 +186,8 @@ class TerrainParams:
         # Tiles of ground keep the heights that they were made with: those may not come later.
         streams = getattr(terrain, "backend", "grid") == "grid" and getattr(terrain, "method", "ours") == "ours"
         real = real_ground(path, most_bytes, "Terrain.height_map", streams) if tiles else None
-        _asked_for(real)
+        if tell:
+            asked_for(real)
         return TerrainParams(
             radius_m=float(radius_m),
             seed=int(terrain.seed),
@@ -193,6 +200,11 @@ class TerrainParams:
             real=real,
             **knobs,
         )
+
+    @property
+    def waters(self) -> RiverTable | None:
+        """All that there is of rivers and lakes."""
+        return self.water if self.rivers is None else self.rivers
 
     @property
     def scale(self) -> float:

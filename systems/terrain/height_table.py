@@ -120,6 +120,8 @@ class TerrainRivers:
     first_cell: int
     first_line: int
     first_node: int
+    count_bits: Annotated[int, "of the number of lines in a cell"]
+    given: Annotated[int, "1: lakes are where ground lies below their level (rivers/table.py)"]
     uncarved_m: Annotated[float, "the anchor's ground without them, above the reference sphere"]
     base_m: Annotated[float, "what they cut it to; 0 where no valley reaches"]
     open: Annotated[float, "share of its height above that"]
@@ -244,8 +246,8 @@ def octave_table(
         write_real(table, model.params.real, model.real_rough, point, height_m)
     elif model.params.pictured:
         write_anchor(table, point)
-    if model.params.rivers is not None:
-        _write_rivers(table, model.params.rivers, point, height_m)
+    if model.params.waters is not None:
+        _write_rivers(table, model.params.waters, point, height_m)
     if craters:
         table["crater_octaves"], table["coarse_crater_octaves"] = len(craters), craters.coarse
         table["crater_accept"] = craters.accept
@@ -264,10 +266,13 @@ def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.flo
     _anchor(part["bends"], point, rivers.bends, slice(None))
     part["bends"]["value"] = rivers.bend_m
     part["step_m"] = rivers.cell_m / CELL_STEPS
-    for name in ("across", "first_cell", "first_line", "first_node"):
+    for name in ("across", "first_cell", "first_line", "first_node", "count_bits"):
         part[name] = getattr(layout, name)
-    part["open"] = 1.0
+    part["open"], part["given"] = 1.0, int(rivers.given)
     if not point.any():
+        return
+    if rivers.given:  # levels count from there
+        part["base_m"] = float(np.float32(height_m))
         return
     cut = valleys(rivers, point[:, None])
     base, left, raised = (float(np.float32(v[0])) for v in (cut.base_m, cut.open, cut.raised))

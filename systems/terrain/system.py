@@ -56,7 +56,7 @@ from .view import MaterialKey, OctavesKey, TerrainView
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
-    *("height_map_range_m", "height_map_most_mb", "color_map", "color_map_most_mb", "color_map_unlit"),
+    *("height_map_range_m", "height_map_most_mb", "color_map", "color_map_most_mb", "color_map_unlit", "vector_map"),
     *("backend", "method"),  # of which some read tiles of elevation as they are needed
     *("rivers", "drainage_cells"),
 )
@@ -205,8 +205,8 @@ class TerrainSystem(System):
             return
         self._field_revision = stamp
         self._provide_sources(params)
-        self._maps.show(params.real or params.height_map, color, params.rivers, params.radius_m)
-        self.structure += self._watered != (params.rivers is not None)
+        self._maps.show(params.real or params.height_map, color, params.waters, params.radius_m)
+        self.structure += self._watered != (params.waters is not None)
         self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
 
@@ -219,7 +219,8 @@ class TerrainSystem(System):
             "STREAMED": isinstance(params.real, StreamedGround),
             "COLORED": params.colored,
             "PICTURED": params.pictured,
-            "RIVERS": params.rivers is not None,
+            "RIVERS": params.waters is not None,
+            "CARVED": params.rivers is not None,
             "ERODED": params.erosion > 0.0,
         }
         shaders = self._gpu.shaders
@@ -351,7 +352,7 @@ class TerrainSystem(System):
             self._coasts.declare(
                 builder, view, lambda: self._of(of), backend.coast_file, lambda: self._bind_heights(of), seen
             )
-        self._watered = self._ground.params.rivers is not None
+        self._watered = self._ground.params.waters is not None
         if self.shows_rivers():
             self._land_water.declare(builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen)
         tiles = _TILES
@@ -407,7 +408,7 @@ class TerrainSystem(System):
 
     def shows_rivers(self) -> bool:
         """Whether rivers and lakes are drawn: with the sea's passes, on ground that knows water."""
-        return self._ground.params.rivers is not None and self.sorts_wet()
+        return self._ground.params.waters is not None and self.sorts_wet()
 
     def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from countries import hgt_samples, write_country, write_fields, write_hgt, write_png_tile
 from PIL import Image
+from vector_kit import feature, polygon, write_map
 
 import planetfall as pf
 from planetfall.cli.main import main
@@ -157,3 +158,17 @@ def test_make_keeps_pictures(tmp_path, monkeypatch, capsys):
     assert len(kept.sets) == 1 and kept.sets[0].octaves == read.sets[0].octaves
     for a, b in zip(kept.sets[0].levels, read.sets[0].levels, strict=True):
         assert a.lattice == b.lattice and (a.where == b.where).all() and (a.pixels == b.pixels).all()
+
+
+def test_a_vector_map_is_counted(tmp_path, capsys):
+    square = [[7.0, 46.0], [7.1, 46.0], [7.1, 46.1], [7.0, 46.1], [7.0, 46.0]]
+    path = write_map(
+        tmp_path / "a.geojson",
+        feature(polygon(square), natural="water"),
+        feature(polygon(square[:-1]), landuse="forest"),
+        feature(polygon(square), landuse="orchard"),
+    )
+    assert main(["map", "info", path]) == 0
+    out = capsys.readouterr().out
+    assert all(word in out for word in ("lake", "forest", "46.0000 to 46.1000"))
+    assert "repaired: 1 rings" in out and "ignored: 1 (landuse=orchard)" in out

@@ -134,7 +134,7 @@ def evaluate(run_compute, gpu):
             if texture is not None:
                 texture.use(RIVERS_UNIT)
 
-        chosen = CHOSEN + ("#define TERRAIN_RIVERS\n" if texture is not None else "")
+        chosen = CHOSEN + ("#define TERRAIN_RIVERS\n#define TERRAIN_CARVED\n" if texture is not None else "")
         return run_compute(body, inputs, outputs, header=f"{chosen}#include {header}", setup=bind)
 
     yield run

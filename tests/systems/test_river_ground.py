@@ -20,7 +20,7 @@ from planetfall.systems.terrain.rivers.texture import river_texels
 from planetfall.systems.terrain.rivers.valleys import valleys, waters
 
 EARTH = TerrainParams(mountains=0.4, roughness=1.35, hills=0.2)
-PLAIN = "#define TERRAIN_SOURCES_CHOSEN\n#define TERRAIN_RIVERS\n"
+PLAIN = "#define TERRAIN_SOURCES_CHOSEN\n#define TERRAIN_RIVERS\n#define TERRAIN_CARVED\n"
 RADII = (1e3, 6e5, 3.4e6, 6.371e6, 7e7)
 
 

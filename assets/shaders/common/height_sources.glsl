@@ -3,7 +3,8 @@
 //
 //   TERRAIN_CRATERED, TERRAIN_MAPPED   the height function may have craters, a height map
 //   TERRAIN_TILED                      some of it is real elevation, from tiles; never with TERRAIN_MAPPED
-//   TERRAIN_RIVERS                     rivers carve the ground
+//   TERRAIN_RIVERS                     there are rivers and lakes
+//   TERRAIN_CARVED                     those carve the ground; only with TERRAIN_RIVERS
 //   TERRAIN_ERODED                     some of its relief is gullies
 //   TERRAIN_COLORED                    the ground may have a colour map
 //   TERRAIN_PICTURED                   some of it has pictures, from tiles; never with TERRAIN_COLORED

@@ -33,7 +33,7 @@ vec4 terrain_noise_hessian(TerrainLattice lattice, TERRAIN_PLACE d, out mat3 sec
 // near: the place as the narrow warp moves it; to_near: how that changes with the place. w1, fields: in whole. added,
 // rougher: by craters and map. shown: layers that are.
 Gullies terrain_gullies(TERRAIN_PLACE near, mat3 to_near, vec3 up, vec3 w1, vec2 fields, float added, float rougher,
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     TerrainCut cut,
 #endif
     int shown) {
@@ -62,7 +62,7 @@ Gullies terrain_gullies(TERRAIN_PLACE near, mat3 to_near, vec3 up, vec3 w1, vec2
     vec3 by = vec3(t.by_sa, t.by_sb, t.by_z), aside = vec3(0.0);
     float sides = 0.0;
     mat3 d_aside = mat3(0.0);
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     float base_m = terrain_table.rivers.base_m + cut.base;
     TerrainCarveSlopes carved = terrain_carve_slopes(t.value, base_m, cut.open, cut.raised);
     // A valley's side is a parabola: open'' = -open'^2 / (2 (1 - open)).

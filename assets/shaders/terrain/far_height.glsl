@@ -69,7 +69,7 @@ float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 sh
     float added = terrain_table.anchor.added_m + terrain_sources(D, spacing_m, sources);
     float h = terrain_surface(terrain_table.constants, w1.x, w1.y, w1.z, fields.x, fields.y, shape.x, shape.y, z,
         added, sources.rougher);
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     TerrainCut cut = terrain_cut(D);
     float base_m = terrain_table.rivers.base_m + cut.base, sides = terrain_side_rough(h, base_m, cut.open);
     h = terrain_carve(h, base_m, cut.open, cut.raised) + sides * furrows;
@@ -88,12 +88,12 @@ float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 sh
 Gullies terrain_far_gullies(vec3 D, vec3 near, mat3 to_near, float spacing_m, vec3 w1, vec2 fields) {
     TerrainSources sources;
     float added = terrain_table.anchor.added_m + terrain_sources(D, spacing_m, sources);
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     TerrainCut cut = terrain_cut(D);
 #endif
     return terrain_gullies(near, to_near, terrain_table.up + D / terrain_table.radius_m, w1, fields, added,
         sources.rougher,
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
         cut,
 #endif
         terrain_layers_above(0.0625 * spacing_m));

@@ -330,7 +330,7 @@ float terrain_moisture(vec3 w1, float dug) {
 // Metres above the anchor's height. added: by craters and map, as a change from the anchor; cut: by rivers; furrows:
 // metres of relief that are gullies.
 TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_REAL added, float rougher
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     , TerrainCut cut, float furrows, out TERRAIN_REAL uncarved
 #endif
 ) {
@@ -340,7 +340,7 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
     TERRAIN_REAL h = terrain_surface(k, PAIR_PART(broad.w1, x), PAIR_PART(broad.w1, y), PAIR_PART(broad.w1, z),
         PAIR_PART(broad.fields, x), PAIR_PART(broad.fields, y), PAIR_PART(relief.s, x), PAIR_PART(relief.s, y), z,
         added, pair(rougher));
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     uncarved = h;
     float sides = terrain_side_rough(h.high, cut.base, cut.open);
     h = pair_add(terrain_carve(h, pair(cut.base), pair(cut.open), pair(cut.raised)), pair(sides * furrows));
@@ -352,7 +352,7 @@ TERRAIN_REAL terrain_height(TerrainBroad broad, TerrainRelief relief, TERRAIN_RE
     float dh = terrain_surface_change(k, w1.x, w1.y, w1.z, anchor.fields.x, anchor.fields.y,
         anchor.shapes.x, anchor.shapes.y, anchor.ranges_m, anchor.added_m, 0.0, broad.w1.x, broad.w1.y, broad.w1.z,
         broad.fields.x, broad.fields.y, relief.s.x, relief.s.y, z, added, rougher);
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     TerrainRivers at = terrain_table.rivers;
     uncarved = at.uncarved_m + dh;
     dh = terrain_carve_change(at.uncarved_m, at.base_m, at.open, at.raised, dh, cut.base, cut.open - at.open,
@@ -373,7 +373,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     vec3 up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
     TerrainSources sources;
     TERRAIN_REAL added = terrain_sources(D, spacing_m, sources);
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     TERRAIN_REAL uncarved;
     TerrainCut cut = terrain_cut(D);
 #endif
@@ -382,7 +382,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
 #ifdef TERRAIN_ERODED
     Gullies gullies = terrain_gullies(broad.near, broad.to_near, up, w1, fields,
         anchor.added_m + TERRAIN_SINGLE(added), sources.rougher,
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
         cut,
 #endif
         terrain_shown_layers(spacing_m));
@@ -393,7 +393,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
 #else
     TerrainRelief relief = terrain_relief(broad, D, spacing_m);
 #endif
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     height_m = terrain_height(broad, relief, added, sources.rougher, cut, furrows, uncarved);
 #else
     height_m = terrain_height(broad, relief, added, sources.rougher);
@@ -405,7 +405,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
         sources.rougher, relief.seen_z);
     vec3 slope = terrain_slope(t, broad, relief, sources);
     float kept = 1.0, sides = 0.0;
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     // A valley is a wave as wide as both of its sides.
     float shown = terrain_layer_weight(2.0 * cut.reach, spacing_m);
     vec3 d_base = shown * cut.d_base, d_open = shown * cut.d_open, d_raised = shown * cut.d_raised;

@@ -132,6 +132,19 @@ float share_to_water(vec3 point, float level, float known_at, float rise) {
     return clamp(share, 0.0, 1.0);
 }
 
+// Height of the ground over the anchor's: as samples have it, where they do, since distant vertices don't know its
+// shores; drawn_m: of the pixel's place.
+float ground_at(vec3 D, float width_m, float drawn_m) {
+#ifdef TERRAIN_TILED
+    RealGround real = terrain_real(D, width_m);
+    vec3 unused;
+    float below_m = terrain_real_relief(real, D, width_m, unused);
+    return TERRAIN_SINGLE(real.height) + real.rest * drawn_m + (real.rest < 1.0 ? below_m : 0.0);
+#else
+    return drawn_m;
+#endif
+}
+
 // x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes, or
 // on ground how deep the nearest water is in its middle, m.
 uvec4 pixel_of(ivec2 pixel) {
@@ -143,8 +156,14 @@ uvec4 pixel_of(ivec2 pixel) {
         && (place.surface == SURFACE_TERRAIN || w.level > planet.sea_level_m - frame.anchor_height_m + SEA_HAIR_M);
     float share = 1.0;
     float rise = dot(w.slope, place.point);
-    bool sunk = water && over_water(place.point, 1.0, w.level, 1.0, rise) < 0.0
-        && over_water(place.point, 0.0, w.level, 1.0, rise) > 0.0;
+    float ground_over = over_water(place.point, 1.0, w.level, 1.0, rise);
+    bool sunk = water && ground_over < 0.0 && over_water(place.point, 0.0, w.level, 1.0, rise) > 0.0;
+    // The shore of a lake on a map is the ground's, wherever its lines reach.
+    bool mapped = terrain_table.rivers.given != 0 && w.lake > 0.5;
+    if (mapped && w.beyond < 0.0) ground_over = ground_at(place.D, length(across), ground_over + w.level) - w.level;
+    water = water && (ground_over < 0.0 || !mapped);
+    w.above = mapped ? (w.beyond < 0.0 ? max(ground_over, 0.0) : WATER_NOWHERE_M) : w.above;
+    w.coverage = mapped && ground_over > 0.0 ? 0.0 : w.coverage;
     if (sunk) share = share_to_water(place.point, w.level, 1.0, rise);
     bool better = false;
     LandWater there = w;
@@ -157,6 +176,7 @@ uvec4 pixel_of(ivec2 pixel) {
     if (better) share = share_to_water(place.point, there.level, share, dot(there.slope, place.point));
 #endif
     float depth_m = better ? there.depth : w.depth;
+    depth_m = mapped ? max(-ground_over, 0.0) : depth_m;
     vec3 tilt = better ? there.tilt : w.tilt;
     tilt -= up * dot(up, tilt);
     vec3 normal = normalize(up_at(share * place.point) - tilt);

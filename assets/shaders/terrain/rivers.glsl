@@ -25,7 +25,8 @@ ivec2 river_lines(ivec3 cell) {
     bool inside = z >= low && z < high;
     int index = inside ? column.x + z - low : 0;
     int packed_lines = inside ? river_texel(terrain_table.rivers.first_cell + (index >> 2))[index & 3] : 0;
-    return ivec2(packed_lines >> RIVER_COUNT_BITS, packed_lines & ((1 << RIVER_COUNT_BITS) - 1));
+    int bits = terrain_table.rivers.count_bits;
+    return ivec2(packed_lines >> bits, packed_lines & ((1 << bits) - 1));
 }
 
 // A place as lines see it.

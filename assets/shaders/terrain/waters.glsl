@@ -16,6 +16,7 @@ struct LandWater {
     float falls;            // 0..1: it falls freely here, or has just come down
     vec3 fall_tilt;         // slope of the level there
     float half_width, deep; // of the nearest: half its width, depth in its middle
+    float lake;             // 1: that is a lake
 };
 
 const float WATER_NOWHERE_M = 3.0e38;
@@ -63,7 +64,7 @@ struct WaterSums {
 };
 
 const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
-    vec3(0.0), 0.0, 0.0, 0.0, vec3(0.0), 0.0, 0.0);
+    vec3(0.0), 0.0, 0.0, 0.0, vec3(0.0), 0.0, 0.0, 0.0);
 const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
 
 // Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
@@ -115,6 +116,7 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     w.slope = nearer ? slope : w.slope;
     w.half_width = nearer ? half_width : w.half_width;
     w.deep = nearer ? deep : w.deep;
+    w.lake = nearer ? line.lake : w.lake;
     w.beyond = nearer ? beyond : w.beyond;
 }
 

@@ -144,7 +144,15 @@ def _rounded(network: Network, wanted: NDArray[np.bool_]) -> NDArray[np.int8]:
 def uncarved(params: TerrainParams) -> TerrainParams:
     """The ground on which rivers find their way: without what they make of it, and without gullies, which lie between
     its cells."""
-    return replace(params, rivers=None, erosion=0.0, colored=False, layers=min(params.layers, _GROUND_LAYERS))
+    return replace(
+        params,
+        rivers=None,
+        water=None,
+        woods=None,
+        erosion=0.0,
+        colored=False,
+        layers=min(params.layers, _GROUND_LAYERS),
+    )
 
 
 def across_of(cells: int) -> int:

@@ -59,6 +59,9 @@ class RiverTable:
     """(C + 1,) where in `lines` each cell's begin"""
     lines: Integers = field(repr=False)
     """nodes at whose lines a cell's places have to look"""
+    given: bool = False
+    """somebody's map says where water is: no warp bends its lines, nor do they carve; lakes are where ground within
+    reach of a lake's line lies below its level"""
 
     @cached_property
     def bends(self) -> Lattice:
@@ -68,7 +71,7 @@ class RiverTable:
     @cached_property
     def bend_m(self) -> Floats:
         """Amplitudes of the warp's octaves, rounded to float32."""
-        return bend_amplitudes_m(self.cell_m)
+        return bend_amplitudes_m(self.cell_m) * float(not self.given)
 
     @cached_property
     def steepest_per_m(self) -> float:
@@ -112,8 +115,8 @@ class RiverTable:
         return sum(a.nbytes for a in (self.place, self.to, self.values, self.keys, self.begin, self.lines))
 
 
-def river_table(nodes: RiverNodes, radius_m: float, seed: int) -> RiverTable:
-    """The table of these nodes on a planet of that radius. seed: of the bends."""
+def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = False) -> RiverTable:
+    """The table of these nodes on a planet of that radius. seed: of the bends. given: as RiverTable has it."""
     cell_m = river_cell_m(radius_m)
     place = np.rint(nodes.direction * (radius_m / cell_m * CELL_STEPS)).astype(np.int64)
     place = np.clip(place, -(2**31), 2**31 - 1).astype(np.int32)
@@ -123,7 +126,7 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int) -> RiverTable:
         values[:, k] = column
     keys, begin, lines = _kept_cells(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
-    return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines)
+    return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given)
 
 
 def _half_widths(to: Integers, values: NDArray[np.float32]) -> NDArray[np.float32]:

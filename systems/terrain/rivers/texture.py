@@ -18,8 +18,8 @@ __all__ = ["RiverLayout", "river_layout", "river_texels"]
 Integers = NDArray[np.int32]
 
 _WIDTH_BITS = 12
-_COUNT_BITS = 6
-"""Of the number of lines in a cell."""
+_COUNT_BITS, _MORE_BITS = 6, 9
+"""Of the number of lines in a cell; where they are given, they are fewer in all and more in a cell."""
 _NODE_BITS = 22
 """Of a node's number; those above hold the half width of the line that begins there, in 24ths of octaves from 1/64 m to
 40 km."""
@@ -35,16 +35,17 @@ class RiverLayout:
     first_cell: int
     first_line: int
     first_node: int
+    count_bits: int
 
 
 @lru_cache(maxsize=2)
 def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     """(layout, texels (rows, 4096, 4) int32)."""
-    many = np.diff(table.begin)
-    if len(many) and int(many.max()) >= 1 << _COUNT_BITS:
-        raise ValueError(f"rivers: {int(many.max())} lines pass one cell; at most {(1 << _COUNT_BITS) - 1} can")
+    many, bits = np.diff(table.begin), _MORE_BITS if table.given else _COUNT_BITS
+    if len(many) and int(many.max()) >= 1 << bits:
+        raise ValueError(f"rivers: {int(many.max())} lines pass one cell; at most {(1 << bits) - 1} can")
     across = 2 * (int(np.ceil(table.radius_m / table.cell_m)) + 1)
-    columns, cells = _columns(table, across, (table.begin[:-1] << _COUNT_BITS) | many)
+    columns, cells = _columns(table, across, (table.begin[:-1] << bits) | many)
     lines = np.zeros(-(-max(len(table.lines), 1) // 4) * 4, dtype=np.int32)
     lines[: len(table.lines)] = _packed_lines(table)
     nodes = np.zeros((len(table.place), 3, 4), dtype=np.int32)
@@ -55,7 +56,8 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     texels = np.zeros((-(-sum(map(len, parts)) // width) * width, 4), dtype=np.int32)
     whole = np.concatenate(parts)
     texels[: len(whole)] = whole
-    layout = RiverLayout(across, *np.cumsum([len(part) for part in parts[:3]]).tolist())
+    cells_at, lines_at, nodes_at = (int(n) for n in np.cumsum([len(part) for part in parts[:3]]))
+    layout = RiverLayout(across, cells_at, lines_at, nodes_at, bits)
     return layout, texels.reshape(-1, width, 4)
 
 
@@ -92,7 +94,7 @@ def _columns(table: RiverTable, across: int, packed: Integers) -> tuple[Integers
 
 def _shader() -> str:
     numbers: dict[str, Any] = {
-        "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "COUNT_BITS": _COUNT_BITS, "HALF": 512,
+        "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "HALF": 512,
         "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS), "WIDTH_LEAST": float(_WIDTH_LEAST),
         "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "BANK_SHARE": form.BANK_SHARE, "FLOOR_SLOPE": form.FLOOR_SLOPE,

@@ -145,7 +145,7 @@ def waters(table: RiverTable, points: Floats) -> Waters:
     count = points.shape[1]
     level, beyond = np.zeros(count), np.full(count, np.inf)
     depth, current = np.zeros(count), np.zeros((3, count))
-    pairs = river_pairs(table, points, False)
+    pairs = river_pairs(table, points, table.given)
     if pairs is None:
         return Waters(level, beyond, depth, current)
     height, half, deep, _, reach = pairs.value[:5]

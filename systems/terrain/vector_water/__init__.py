@@ -1,0 +1,1 @@
+"""Water and forests of a vector map on the ground."""
