@@ -206,6 +206,7 @@ PAIRS: dict[str, Pair] = {
     "cover.shrub_spacing_m": Pair("woods", "forest", 12.0, off=2.5),
     "cover.shrub_height_m": Pair("woods", "forest", 0.3, off=4.0),
     "cover.season": Pair("woods", "woodland", 0.79),
+    "cover.snow": Pair("woods", "treeline", 0.0, off=1.0, both={"cover.season": 0.0}),
     "cover.grass": Pair("woods", "meadow", 0.0),
     "cover.grass_m": Pair("woods", "meadow", 1.0),
     "cover.flowers": Pair("woods", "meadow", 0.0, off=1.0, least=0.0, least_worst=0.25),

@@ -46,6 +46,10 @@ class Cover:
         0.5, 0.0, 1.0, "", "Time of year: 0 and 1 midwinter of the northern half, 0.5 midsummer, 0.8 autumn; the "
         "southern half is half a year apart. Broadleaves keep their leaves in the tropics",
     )  # fmt: skip
+    snow: float = knob(
+        0.6, 0.0, 1.0, "", "Share of what faces up on trees that snow lies on, in winter where it is cold, all year "
+        "near the snow line; 0: none",
+    )  # fmt: skip
     grass: float = knob(1.0, 0.0, 1.0, "", "Share of the ground where grass grows that bears it; 0: none", cost="light")
     grass_m: float = knob(0.3, 0.05, 2.0, "m", "Height of the highest grass", log=True)
     flowers: float = knob(0.25, 0.0, 1.0, "", "How many flowers stand in grass; 0: none")

@@ -91,13 +91,15 @@ class Growing:
 
     def climate(self, ground: GrowingGround, directions: Floats, height_m: Floats) -> Climate:
         """As ground_climate() has it, without chance."""
-        sine2 = directions[:, 2] ** 2
-        sine = np.sqrt(sine2)
-        line = self.snow_line_m + self.snow_line_rise_m * sine2 * (0.4 + 0.6 * sine)
-        warmth = (line - height_m) / max(-self.snow_line_rise_m, _LEAST_CLIMATE_M)
+        sine = np.abs(directions[:, 2])
         humidity = self.humidity + 0.9 * ground.moisture(directions)
         humidity += 0.30 * _bell(sine, 0.0, 3.6) - 0.34 * _bell(sine, 0.42, 3.2) + 0.16 * _bell(sine, 0.85, 2.2)
-        return Climate(warmth, humidity)
+        return Climate(self.warmth(sine, height_m), humidity)
+
+    def warmth(self, sine: Floats, height_m: Floats) -> Floats:
+        """(N,) of the climate; sine: of the latitude, either sign."""
+        line = self.snow_line_m + self.snow_line_rise_m * sine**2 * (0.4 + 0.6 * np.abs(sine))
+        return (line - height_m) / max(-self.snow_line_rise_m, _LEAST_CLIMATE_M)
 
     def woods(self, climate: Climate) -> Floats:
         """0 none .. 1 a forest: growth.trees of terrain/material.glsl, and the savanna's of terrain/forest.glsl."""
