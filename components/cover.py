@@ -35,6 +35,13 @@ class Cover:
     savanna: float = knob(
         0.12, 0.0, 1.0, "", "Share of the places that have a tree where it is warm and too dry for a forest; 0: none"
     )
+    riparian: float = knob(
+        0.8,
+        0.0,
+        1.0,
+        "",
+        "How much wetter the ground counts within 100 m of rivers and lakes, where gallery woods stand",
+    )
     palms: float = knob(0.7, 0.0, 1.0, "", "Share of the trees along warm coasts that are palms")
     dead: float = knob(0.015, 0.0, 1.0, "", "Share of the trees that are dead and still stand")
     shrubs: float = knob(

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 _MEAN_MOISTURE = 0.41  # as systems/terrain/material.py takes it off
 _LEAST_CLIMATE_M = 1.0
+_BANK_WET = 0.4
+"""Moisture that banks of rivers and lakes have more; as TERRAIN_BANK_WET of terrain/height.glsl."""
 _SAVANNA_HUMID, _SAVANNA_WARM = (0.38, 0.46, 0.55, 0.49), (0.40, 0.60)
 """Between which savanna begins, and ends where forest does; as in assets/shaders/terrain/forest.glsl."""
 
@@ -30,6 +32,7 @@ class GrowingGround(Protocol):
     def radius_m(self) -> float: ...
     def height(self, directions: Floats) -> Floats: ...
     def moisture(self, directions: Floats) -> Floats: ...
+    def beside_water(self, directions: Floats) -> Floats: ...
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]: ...
 
 
@@ -75,10 +78,12 @@ class Growing:
     """how high the beach is, below that"""
     savanna: float = 0.0
     """share of the places that have a tree where it is warm and too dry for a forest"""
+    riparian: float = 0.0
+    """how much wetter banks of rivers and lakes are"""
 
     @classmethod
-    def of(cls, terrain: Terrain, sea_level_m: float | None, savanna: float = 0.0) -> Growing:
-        """sea_level_m: None where there is no sea. savanna: as Cover has it."""
+    def of(cls, terrain: Terrain, sea_level_m: float | None, savanna: float = 0.0, riparian: float = 0.0) -> Growing:
+        """sea_level_m: None where there is no sea. savanna, riparian: as Cover has them."""
         return cls(
             terrain.plants,
             terrain.humidity - _MEAN_MOISTURE,
@@ -87,12 +92,16 @@ class Growing:
             -np.inf if sea_level_m is None else sea_level_m + terrain.beach_height_m,
             terrain.beach_height_m,
             savanna,
+            riparian,
         )
 
     def climate(self, ground: GrowingGround, directions: Floats, height_m: Floats) -> Climate:
         """As ground_climate() has it, without chance."""
         sine = np.abs(directions[:, 2])
-        humidity = self.humidity + 0.9 * ground.moisture(directions)
+        moisture = ground.moisture(directions)
+        if self.riparian > 0.0:
+            moisture = np.minimum(moisture + _BANK_WET * self.riparian * ground.beside_water(directions), 1.0)
+        humidity = self.humidity + 0.9 * moisture
         humidity += 0.30 * _bell(sine, 0.0, 3.6) - 0.34 * _bell(sine, 0.42, 3.2) + 0.16 * _bell(sine, 0.85, 2.2)
         return Climate(self.warmth(sine, height_m), humidity)
 

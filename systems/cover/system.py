@@ -168,7 +168,7 @@ class CoverSystem(System):
         ground: Any = frame.world.try_resource(HEIGHT_FIELD)
         terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
         sea = None if ocean is None else ocean.sea_level_m
-        growing = Growing.of(terrain, sea, cover.savanna)
+        growing = Growing.of(terrain, sea, cover.savanna, cover.riparian)
         snow = SnowFall.of(growing, frame.world.get(frame.planet, Planet).radius_m, cover)
         view.forest = self._forest(cover, view.leaves, snow, terrain.snow_albedo)
         reach = float(self._settings["cover.reach_m"])
