@@ -41,7 +41,7 @@ class Leaves(NamedTuple):
 SUMMER = Leaves(0.0, 0.0)
 
 
-def _year(season: float, south: Floats | bool) -> Floats:
+def _year(season: float, south: NDArray[np.bool_] | bool) -> Floats:
     """Time of year of either half, 0..1 from its midwinter on."""
     return np.mod(season + np.where(south, 0.5, 0.0), 1.0)
 
