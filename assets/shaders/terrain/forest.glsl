@@ -19,9 +19,10 @@ const float SNOW_TWIGS = 1.10;              // of that, on broadleaves, which ar
 const vec2 SNOW_CROWN = vec2(0.32, 1.05);   // and of one of them: always, and by how far its side faces up
 const float CROWNS_SKY = 0.37, GROUND_BETWEEN = 0.957, HOT_SPOT = 16.4;
 
-// Share of what faces up on crowns that is white.
+// How full of snow crowns are, 0..1: what cover/snow.glsl makes white of them, over what it makes white at most.
 float snow_on_trees(float warmth, float latitude_sine, float conifer) {
-    return snow_share(cover_map.snow.w, cover_map.winter, warmth, latitude_sine) * mix(SNOW_TWIGS, 1.0, conifer);
+    float share = snow_share(cover_map.snow.w, cover_map.winter, warmth, latitude_sine);
+    return share * (0.65 + 0.35 * share) * mix(SNOW_TWIGS, 1.0, conifer);
 }
 
 // The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
