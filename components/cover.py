@@ -35,6 +35,13 @@ class Cover:
     savanna: float = knob(
         0.12, 0.0, 1.0, "", "Share of the places that have a tree where it is warm and too dry for a forest; 0: none"
     )
+    riparian: float = knob(
+        0.8,
+        0.0,
+        1.0,
+        "",
+        "How much wetter the ground counts within 100 m of rivers and lakes, where gallery woods stand",
+    )
     palms: float = knob(0.7, 0.0, 1.0, "", "Share of the trees along warm coasts that are palms")
     dead: float = knob(0.015, 0.0, 1.0, "", "Share of the trees that are dead and still stand")
     shrubs: float = knob(
@@ -45,6 +52,10 @@ class Cover:
     season: float = knob(
         0.5, 0.0, 1.0, "", "Time of year: 0 and 1 midwinter of the northern half, 0.5 midsummer, 0.8 autumn; the "
         "southern half is half a year apart. Broadleaves keep their leaves in the tropics",
+    )  # fmt: skip
+    snow: float = knob(
+        0.6, 0.0, 1.0, "", "Share of what faces up on trees that snow lies on, in winter where it is cold, all year "
+        "near the snow line; 0: none",
     )  # fmt: skip
     grass: float = knob(1.0, 0.0, 1.0, "", "Share of the ground where grass grows that bears it; 0: none", cost="light")
     grass_m: float = knob(0.3, 0.05, 2.0, "m", "Height of the highest grass", log=True)

@@ -42,9 +42,10 @@ WOODS = {
         )
     },
     "hills": "near",
+    "treeline_winter": "treeline",
 }
 """Pictures of trees, and their views."""
-AUTUMN = {"woodland": 0.79}
+SEASONS = {"woodland": 0.79, "treeline_winter": 0.0}
 """Cover.season of some."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
@@ -78,7 +79,7 @@ def main(names: list[str]) -> None:
             for name in wanted:
                 file = FOLDER / f"{name}.jpg"
                 if name in WOODS:
-                    scene.planet[pf.Cover].season = AUTUMN.get(name, 0.5)
+                    scene.planet[pf.Cover].season = SEASONS.get(name, 0.5)
                 file.write_bytes(as_jpeg(renderer.snapshot(pf.view(own[name], scene.planet)).image))
                 console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 

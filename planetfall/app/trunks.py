@@ -29,6 +29,9 @@ class FlightTrunks:
         sea = None if ocean is None else ocean.sea_level_m
         key = (field, revision(cover, *GROWS), revision(terrain), sea)
         if self._grown is None or key != self._key:
-            self._key, self._grown = key, Grown(field, Growing.of(terrain, sea, cover.savanna), cover, terrain.seed)
+            self._key, self._grown = (
+                key,
+                Grown(field, Growing.of(terrain, sea, cover.savanna, cover.riparian), cover, terrain.seed),
+            )
         self._grown.fell(cover.felled)
         return self._grown.contact

@@ -58,7 +58,8 @@ class CoverSampler:
         ocean = handle.get(Ocean)
         self._handle, self._cover = handle, cover
         self._field = TerrainField(ground_params(terrain, handle[Planet].radius_m, ocean is not None))
-        growing = Growing.of(terrain, None if ocean is None else ocean.sea_level_m, cover.savanna)
+        sea = None if ocean is None else ocean.sea_level_m
+        growing = Growing.of(terrain, sea, cover.savanna, cover.riparian)
         self._grown = Grown(self._field, growing, replace(cover), terrain.seed)
 
     def within(self, direction: ArrayLike, radius_m: float) -> Plants:

@@ -12,7 +12,9 @@ from .stand import Plants, Plot
 
 __all__ = ["GROWS", "Felled"]
 
-_SEEN = ("felled", "season", "grass", "grass_m", "flowers", "broadleaf_albedo", "conifer_albedo", "bark_albedo")
+_SEEN = (
+    "felled", "season", "snow", "grass", "grass_m", "flowers", "broadleaf_albedo", "conifer_albedo", "bark_albedo",
+)  # fmt: skip
 GROWS = tuple(name for name in Cover.__dataclass_fields__ if name not in _SEEN)
 """Fields of Cover for engine.settings.revision: trees are made anew when one of these changes."""
 

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 _MEAN_MOISTURE = 0.41  # as systems/terrain/material.py takes it off
 _LEAST_CLIMATE_M = 1.0
+_BANK_WET = 0.4
+"""Moisture that banks of rivers and lakes have more; as TERRAIN_BANK_WET of terrain/height.glsl."""
 _SAVANNA_HUMID, _SAVANNA_WARM = (0.38, 0.46, 0.55, 0.49), (0.40, 0.60)
 """Between which savanna begins, and ends where forest does; as in assets/shaders/terrain/forest.glsl."""
 
@@ -31,6 +33,7 @@ class GrowingGround(Protocol):
     def radius_m(self) -> float: ...
     def height(self, directions: Floats) -> Floats: ...
     def moisture(self, directions: Floats) -> Floats: ...
+    def beside_water(self, directions: Floats) -> Floats: ...
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]: ...
     def wooded(self, directions: Floats) -> NDArray[np.bool_]: ...
 
@@ -77,10 +80,12 @@ class Growing:
     """how high the beach is, below that"""
     savanna: float = 0.0
     """share of the places that have a tree where it is warm and too dry for a forest"""
+    riparian: float = 0.0
+    """how much wetter banks of rivers and lakes are"""
 
     @classmethod
-    def of(cls, terrain: Terrain, sea_level_m: float | None, savanna: float = 0.0) -> Growing:
-        """sea_level_m: None where there is no sea. savanna: as Cover has it."""
+    def of(cls, terrain: Terrain, sea_level_m: float | None, savanna: float = 0.0, riparian: float = 0.0) -> Growing:
+        """sea_level_m: None where there is no sea. savanna, riparian: as Cover has them."""
         return cls(
             terrain.plants,
             terrain.humidity - _MEAN_MOISTURE,
@@ -89,17 +94,23 @@ class Growing:
             -np.inf if sea_level_m is None else sea_level_m + terrain.beach_height_m,
             terrain.beach_height_m,
             savanna,
+            riparian,
         )
 
     def climate(self, ground: GrowingGround, directions: Floats, height_m: Floats) -> Climate:
         """As ground_climate() has it, without chance."""
-        sine2 = directions[:, 2] ** 2
-        sine = np.sqrt(sine2)
-        line = self.snow_line_m + self.snow_line_rise_m * sine2 * (0.4 + 0.6 * sine)
-        warmth = (line - height_m) / max(-self.snow_line_rise_m, _LEAST_CLIMATE_M)
-        humidity = self.humidity + 0.9 * ground.moisture(directions)
+        sine = np.abs(directions[:, 2])
+        moisture = ground.moisture(directions)
+        if self.riparian > 0.0:
+            moisture = np.minimum(moisture + _BANK_WET * self.riparian * ground.beside_water(directions), 1.0)
+        humidity = self.humidity + 0.9 * moisture
         humidity += 0.30 * _bell(sine, 0.0, 3.6) - 0.34 * _bell(sine, 0.42, 3.2) + 0.16 * _bell(sine, 0.85, 2.2)
-        return Climate(warmth, humidity)
+        return Climate(self.warmth(sine, height_m), humidity)
+
+    def warmth(self, sine: Floats, height_m: Floats) -> Floats:
+        """(N,) of the climate; sine: of the latitude, either sign."""
+        line = self.snow_line_m + self.snow_line_rise_m * sine**2 * (0.4 + 0.6 * np.abs(sine))
+        return (line - height_m) / max(-self.snow_line_rise_m, _LEAST_CLIMATE_M)
 
     def woods(self, climate: Climate) -> Floats:
         """0 none .. 1 a forest: growth.trees of terrain/material.glsl, and the savanna's of terrain/forest.glsl."""

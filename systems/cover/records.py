@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...engine.blocks.layout import StructLayout, Vec3, Vec4
 from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState
+from .snow import SnowFall
 from .stand import Plants, Species
 
 __all__ = ["TREE_DTYPE", "in_detail", "seen", "tree_records"]
@@ -64,6 +65,7 @@ class CoverTree:
     tint: Annotated[float, "0..1"]
     window: Annotated[Vec4, "of a tree that a quad facing the eye may not hold: of the picture, x and y from and to"]
     stem: Annotated[Vec4, "the same of what is below its crown"]
+    snow: Annotated[float, "0..1: share of what faces up that it lies on"]
 
 
 _LAYOUT = StructLayout(CoverTree, "std430")
@@ -85,10 +87,12 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     return out
 
 
-def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[np.void], Floats, Plants]:
+def seen(
+    plants: Plants, camera: CameraState, reach_m: float, snow: SnowFall | None = None
+) -> tuple[NDArray[np.void], Floats, Plants]:
     """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; how near
     (N,) their crowns come, metres; and these trees. A tree in whose leaves the eye is isn't drawn, since they would be
-    all that is seen."""
+    all that is seen. snow: None: there is none."""
     edges = np.stack(_edges(camera))
     offset = plants.positions_m - camera.position_m
     low = edges @ offset.T
@@ -106,6 +110,8 @@ def seen(plants: Plants, camera: CameraState, reach_m: float) -> tuple[NDArray[n
     order = order[((grown > 0.0) & ~_holds(few, offset, few.up))[order]]
     few, offset, away, grown = few.only(order), offset[order], away[order], grown[order]
     rows = tree_records(few, camera.position_m, grown)
+    if snow is not None:
+        rows["snow"] = snow.on(few.positions_m)
     near = np.flatnonzero(away < _WINDOWS * (few.heights_m + few.radii_m))
     rows["window"][near], rows["stem"][near] = windows(rows[near], few.up[near], camera)
     return rows, _crown_m(few, offset, few.up), few

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
-from ...engine.blocks.layout import Vec3, Vec4, array
+from ...engine.blocks.layout import Vec2, Vec3, Vec4, array
 from ...engine.gpu import GpuScope
 from ...engine.gpu.growing import GrowingBuffer
 from ...engine.surface.nested import NESTED_BASE_M
@@ -48,6 +48,8 @@ class CoverMapBlock:
     grass_tall: Annotated[float, "height of grass over what it is by default"]
     flowers: Annotated[float, "share of cells with grass that have one"]
     savanna: Annotated[float, "share of places that have a tree where it is warm and dry"]
+    snow: Annotated[Vec4, "its albedo; share of what falls on trees that they carry"]
+    winter: Annotated[Vec2, "0..1, of the northern and the southern half"]
     gusting: Annotated[float, "share by which one gust's crest strengthens the wind"]
     flutter: Annotated[float, "phase of the leaves' own motion, 0..1"]
     sway: Annotated[Vec3, "what the wind moves tips by, over their height; planet axes"]
@@ -68,6 +70,8 @@ class Forest(NamedTuple):
     grass_tall: float = 1.0
     flowers: float = 0.0
     savanna: float = 0.0
+    snow: Floats = np.zeros(4)
+    winter: Floats = np.zeros(2)
 
 
 REACH_M = 600.0
@@ -127,6 +131,8 @@ class ShadowMap:
                 grass_tall=forest.grass_tall,
                 flowers=forest.flowers,
                 savanna=forest.savanna,
+                snow=forest.snow,
+                winter=forest.winter,
                 gusting=sway.gusting,
                 flutter=sway.flutter,
                 sway=sway.bend,

@@ -36,6 +36,7 @@ from .near import Near
 from .records import TREE_DTYPE, in_detail, seen
 from .season import AUTUMN, LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
+from .snow import SnowFall
 from .stand import LAYERS, NOTHING, SHRUBS, Plants, crowns
 from .sway import STILL, sway_at
 
@@ -56,6 +57,7 @@ class _SeenKey(NamedTuple):
     revision: tuple[int, ...]
     camera: CameraStamp
     reach_m: float
+    snow: SnowFall
 
 
 class _CoverView(ViewParts):
@@ -126,6 +128,7 @@ class CoverSystem(System):
         self._warm_up = WarmUp(partial(_linked, program) for program in (*self._trees, self._list, self._shade))
         self._colours, self._albedos = -1, np.zeros((3, 3))
         self._autumn = reflectance(AUTUMN, self._nm)
+        self._snow: tuple[tuple[float, ...], NDArray[np.float64]] = (), np.zeros(3)
 
     def release(self) -> None:
         self._gpu.shaders.withdraw(self.name)
@@ -162,9 +165,12 @@ class CoverSystem(System):
         height = float(np.linalg.norm(frame.camera.position_m))
         direction = frame.camera.position_m / height
         view.leaves = leaves_at(cover.season, float(direction[2]))
-        view.forest = self._forest(cover, view.leaves)
         ground: Any = frame.world.try_resource(HEIGHT_FIELD)
         terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
+        sea = None if ocean is None else ocean.sea_level_m
+        growing = Growing.of(terrain, sea, cover.savanna, cover.riparian)
+        snow = SnowFall.of(growing, frame.world.get(frame.planet, Planet).radius_m, cover)
+        view.forest = self._forest(cover, view.leaves, snow, terrain.snow_albedo)
         reach = float(self._settings["cover.reach_m"])
         if (
             not hasattr(ground, "moisture")  # none, or printed ground, which knows no climate: nothing grows on it
@@ -174,20 +180,18 @@ class CoverSystem(System):
             for near in view.nears:
                 near.clear()
         else:
-            sea = None if ocean is None else ocean.sea_level_m
             key = (ground, revision(component, *GROWS), revision(terrain), sea)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
-            growing = Growing.of(terrain, sea, cover.savanna)
             for near in view.nears:
                 own = min(reach, _SHRUBS_M) if near.layer is SHRUBS else reach
                 near.refresh(key, direction, own, ground, growing, cover, terrain.seed, budget)
         view.gather()
         if not len(view.plants):
             view.shadows.place(frame.camera.position_m, view.forest, view.sway, False)
-        found = _SeenKey(view.revision, frame.camera.stamp, reach)
+        found = _SeenKey(view.revision, frame.camera.stamp, reach, snow)
         if found != view.key:
             view.key = found
-            rows, crown_m, shown = seen(view.plants, frame.camera, reach)
+            rows, crown_m, shown = seen(view.plants, frame.camera, reach, snow)
             view.trees.write(rows)
             view.shown = shown
             view.count = len(rows)
@@ -214,7 +218,12 @@ class CoverSystem(System):
             program.set("u_albedos", self._albedos.astype(np.float32))
             program.set("u_autumn", self._autumn.astype(np.float32))
 
-    def _forest(self, cover: Cover, leaves: Leaves) -> Forest:
+    def _snow_of(self, albedo: tuple[float, ...]) -> NDArray[np.float64]:
+        if albedo != self._snow[0]:
+            self._snow = albedo, reflectance(np.array([albedo]), self._nm)[0]
+        return self._snow[1]
+
+    def _forest(self, cover: Cover, leaves: Leaves, snow: SnowFall, snow_albedo: tuple[float, ...]) -> Forest:
         broadleaf, conifer, bark = self._albedos
 
         def half(sine: float) -> NDArray[np.float64]:
@@ -235,6 +244,8 @@ class CoverSystem(System):
             tall,
             flowers,
             cover.savanna,
+            np.append(self._snow_of(snow_albedo), cover.snow),
+            snow.winters(),
         )
 
     def settled(self, view: View) -> bool:

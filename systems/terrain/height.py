@@ -26,7 +26,7 @@ from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heigh
 from .height_params import TerrainParams, forget_with_tiles
 from .height_relief import relief_statistics
 from .height_steps import layer_weight
-from .rivers.valleys import waters
+from .rivers.valleys import beside_water, waters
 
 __all__ = [
     "TerrainField",
@@ -166,6 +166,12 @@ class TerrainField:
             axis=1,
         )
         return np.clip(0.5 - 0.6 * w1[2] + 0.2 * w1[1], 0.0, 1.0)
+
+    def beside_water(self, directions: Floats) -> Floats:
+        """1 in rivers and lakes (N,) .. 0 from 100 m from them on, at unit directions (N, 3)."""
+        if self.params.rivers is None or not len(directions):
+            return np.zeros(len(directions))
+        return beside_water(self.params.rivers, directions.T * self.radius_m)
 
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]:
         """Whether places (N,) of that height lie under a river or a lake."""

@@ -126,6 +126,7 @@ class TerrainRivers:
     base_m: Annotated[float, "what they cut it to; 0 where no valley reaches"]
     open: Annotated[float, "share of its height above that"]
     raised: Annotated[float, "share of its depth below that which is filled"]
+    wetter: Annotated[float, "Cover.riparian: how much of their moisture banks have"]
 
 
 @dataclass

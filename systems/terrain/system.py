@@ -90,6 +90,7 @@ class _Components(NamedTuple):
     body: int
     sea: bool
     solved: int
+    wetter: float
 
 
 class TerrainSystem(System):
@@ -173,7 +174,9 @@ class TerrainSystem(System):
         terrain, body = world.get(planet, Terrain), world.get(planet, Planet)
         colours = revision(terrain)
         sea = bool(world.query(Ocean))
-        changes = _Components(id(terrain), colours, id(body), revision(body), sea, source.finished)
+        covers = [cover for _, (cover,) in world.query(Cover)]
+        wetter = with_overrides(covers[0], "cover", settings).riparian if covers else 0.0
+        changes = _Components(id(terrain), colours, id(body), revision(body), sea, source.finished, wetter)
         if changes == self._changes:
             return
         if colours != self._colour_revision:
@@ -185,7 +188,8 @@ class TerrainSystem(System):
         rained = self._component.rivers > 0.0
         shape = (*_SHAPE, *_CLIMATE) if rained else _SHAPE
         solved = (sea, source.finished) if rained else None
-        stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"))
+        self._wetter = wetter if rained else 0.0
+        stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"), wetter=self._wetter)
         asked = stamp, solved
         if asked == self._field_asked:
             return
@@ -239,6 +243,7 @@ class TerrainSystem(System):
 
     def _complete_table(self, table: Any) -> None:
         self._maps.write_color(table, self._component.color_map_strength)
+        table["rivers"]["wetter"] = self._wetter
 
     def _of(self, view: View) -> TerrainView:
         return view.state(self, lambda: TerrainView(self._gpu))

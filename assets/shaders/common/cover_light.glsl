@@ -10,12 +10,12 @@
 // compile while these are taken off.
 struct CoverMap {
     vec3 broadleaf, conifer;
-    vec4 north, south;
+    vec4 north, south, snow;
     float crowns, tall_m, wide_m, octave, grass, grass_tall, flowers, savanna, gusting, flutter;
     vec3 sway;
     vec4 gusts[3];
 };
-const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0,
+const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), vec4(0.0), 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0,
     0.0, 0.0, vec3(0.0), vec4[3](vec4(0.0), vec4(0.0), vec4(0.0)));
 
 float cover_light(vec3 point, float bias)     point: camera-relative metres, planet axes. Share of the sun that
@@ -26,7 +26,7 @@ float cover_light(vec3 point, float bias)     point: camera-relative metres, pla
 
 struct CoverMap {
     vec3 broadleaf, conifer;
-    vec4 north, south;
+    vec4 north, south, snow;
     float crowns, tall_m, wide_m, octave, in_cell;
 };
 const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);

@@ -1,13 +1,16 @@
 #include "common/camera.glsl"
 #include "common/octahedral.glsl"
 #include "common/surfaces.glsl"
+#include "generated/cover_map.glsl"
 #include "cover/tree.glsl"
+#include "cover/snow.glsl"
 
 in vec3 v_ray;
 flat in vec3 v_camera;
 flat in vec3 v_x, v_up;
 flat in vec4 v_form;
 flat in float v_height_m;
+flat in float v_snow;
 flat in vec4 v_lobes[TREE_LOBES];
 layout(location = 0) out vec2 o_normal;
 layout(location = 1) out vec4 o_attributes;   // square root of the albedo, share of light from around
@@ -32,9 +35,14 @@ void main() {
     vec3 leaf = mix(u_albedos[v_form.y == TREE_CONIFER ? 1 : 0], u_autumn[int(4.0 * fract(7.0 * v_form.w))],
         sheds * on_its_day(u_season.x, day));
     leaf = mix(leaf, u_albedos[2], 0.9 * bare) * (1.0 + 0.5 * (v_form.w - 0.5) * vec3(1.2, 0.8, 0.7));
+    leaf = mix(leaf, u_albedos[2], hit.bark);
+    float white = snow_on(hit, v_snow, bare);
+    if (white > 0.0) {
+        leaf = mix(leaf, cover_map.snow.rgb, white);
+        hit.normal = normalize(hit.normal + vec3(0.0, 0.0, SNOW_SMOOTH * white));
+    }
     o_normal = oct_encode(mat3(v_x, cross(v_up, v_x), v_up) * hit.normal);
-    o_attributes = vec4(sqrt(clamp(mix(leaf, u_albedos[2], hit.bark), 0.0, 1.0)), hit.bark > 0.5 ? 0.5 * hit.open
-        : 0.5 + 0.5 * hit.open);
+    o_attributes = vec4(sqrt(clamp(leaf, 0.0, 1.0)), hit.bark > 0.5 ? 0.5 * hit.open : 0.5 + 0.5 * hit.open);
     o_surface = SURFACE_COVER;
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.near_m * gl_FragCoord.w;

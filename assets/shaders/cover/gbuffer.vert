@@ -24,6 +24,7 @@ flat out vec3 v_camera;
 flat out vec3 v_x, v_up;  // its axes, in the planet's
 flat out vec4 v_form;     // radius, species, turn, tint
 flat out float v_height_m;
+flat out float v_snow;
 flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
@@ -71,6 +72,7 @@ void main() {
     v_x = axes[0];
     v_up = up;
     v_height_m = tree.height_m;
+    v_snow = tree.snow;
     tree_lobes(tree.species, tree.radius_m / tree.height_m, tree.turn, v_lobes);
     v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);
     gl_Position = clip_position(point);

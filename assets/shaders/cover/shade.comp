@@ -51,6 +51,11 @@ Leaf leaf_at(ivec2 pixel) {
     return leaf;
 }
 
+// 1: leaves; 0: snow on them, which lets no light through.
+float leafy(vec3 albedo) {
+    return cover_map.snow.w > 0.0 ? clamp(1.5 - 5.0 * albedo.b, 0.0, 1.0) : 1.0;
+}
+
 // The same air at another distance, as if it were as dense there.
 Air air_at(Air between, float share) {
     vec3 left = pow(max(between.transmittance, 1e-6), vec3(share));
@@ -93,7 +98,7 @@ void main() {
         float mu = dot(leaf.normal, sun), away_m = length(leaf.point), back = dot(leaf.point, sun) / away_m;
         float front = green ? max((mu + WRAP) / (1.0 + WRAP), 0.0) : max(mu, 0.0);
         // Seen against the sun leaves glow where they are thin.
-        float through = green ? THROUGH * (0.35 * max(-mu, 0.0) + 0.65 * max(back, 0.0) * open) : 0.0;
+        float through = green ? THROUGH * leafy(albedo) * (0.35 * max(-mu, 0.0) + 0.65 * max(back, 0.0) * open) : 0.0;
         vec3 radiance = sunlight * left * (albedo * front + albedo * YELLOWED * through) / PI;
         radiance += albedo / PI * open * around;
 #if LIGHT_EVERY > 1

@@ -30,6 +30,7 @@ struct Crowns {
     float light;   // met times the sun that a crown's place gets, over the mean's
     float sky;     // and the sky
     float tint;    // met times -1..1
+    float up;      // met times how far that faces up, 0..1
 };
 
 // The ground in the picture near a place that is given from the camera, xyz from s.point; w: 1, or 0 where something
@@ -94,7 +95,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     int octave = int(cover_map.octave);
     float size = NESTED_BASE_M * exp2(float(octave)), width = s.across_m / size, wide = wide_m / size;
     Crowns found = Crowns(clamp(2.0 - s.across_m / (CROWN_SPAN * wide_m), 0.0, 1.0)
-        * step(0.01, share) * step(CROWNS_FROM, s.distance_m), 1.0, 1.0, 0.0, 0.0, 0.0, 0.0);
+        * step(0.01, share) * step(CROWNS_FROM, s.distance_m), 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     if (found.here <= 0.0) return found;
     vec4 plane = wide_ground(s, tall_m);
     vec3 up = clutter_axes(s.zenith, s.zenith), eye = clutter_axes(levelled(s.view, plane.xyz, s.zenith), s.zenith);
@@ -171,6 +172,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
         found.light += weight * mix(max(dot(normal, sun), 0.0), 1.0, CROWN_LIT) / mean_lit
             * mix(CROWN_LOW.x, CROWN_LOW.y, low) * (1.0 + clump);
         found.sky += weight * mix(CROWN_OPEN.x, CROWN_OPEN.y, low) * (0.8 + 0.25 * dot(normal, up));
+        found.up += weight * max(dot(normal, up), 0.0);
         found.tint += weight * (2.0 * hue_met - 1.0);
         found.sun *= seeing ? 1.0 : 1.0 - cover * (found.left < 0.05 ? CROWN_DARK.y : CROWN_DARK.x);
         turns -= 1.0;

@@ -1,4 +1,5 @@
 // What a forest does to the ground's light: shadows of its trees near the camera, its own colour far away.
+#include "cover/snow_share.glsl"
 #ifdef COVER_CROWNS
 #include "terrain/crowns.glsl"
 const vec3 CROWN_TINT = vec3(0.36, 0.24, 0.20);      // of crowns, from one to another
@@ -10,11 +11,19 @@ const vec4 SAVANNA_HUMID = vec4(0.38, 0.46, 0.55, 0.49);   // as systems/cover/g
 const vec2 SAVANNA_WARM = vec2(0.40, 0.60);
 const float CONIFERS_GROUND = 0.47;         // area of a conifer's crown over a broadleaf's of the same age
 const vec2 CROWNS_TALL = vec2(1.0, 1.68);   // a crown's outline from the side over its area from above, of both
-const vec2 SHEDS = vec2(0.391, 0.643);      // sines of latitudes between which broadleaves begin to shed their leaves
 // Of the sun that comes to crowns, what their leaves throw back: always, the higher it stands the more, where it is
 // behind the eye, and of conifers by the cosine of the angle between both. Of the sky.
 const vec4 CROWNS_SUNNY = vec4(0.219, 0.210, 0.050, 0.128);
+const vec2 SNOW_SEEN = vec2(0.53, 0.135);   // of crowns full of snow, white: always, and the higher the eye is
+const float SNOW_TWIGS = 1.10;              // of that, on broadleaves, which are bare where it snows
+const vec2 SNOW_CROWN = vec2(0.32, 1.05);   // and of one of them: always, and by how far its side faces up
 const float CROWNS_SKY = 0.37, GROUND_BETWEEN = 0.957, HOT_SPOT = 16.4;
+
+// How full of snow crowns are, 0..1: what cover/snow.glsl makes white of them, over what it makes white at most.
+float snow_on_trees(float warmth, float latitude_sine, float conifer) {
+    float share = snow_share(cover_map.snow.w, cover_map.winter, warmth, latitude_sine);
+    return share * (0.65 + 0.35 * share) * mix(SNOW_TWIGS, 1.0, conifer);
+}
 
 // The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
 // or of the sun's light that comes between them falls with e^-(their area across it), and what a view and the sun both
@@ -48,7 +57,9 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     float phase = dot(s.view, frame.sun_direction), hot = exp(HOT_SPOT * (phase - 1.0));
     both *= dot(CROWNS_SUNNY, vec4(1.0, rise.y, hot, conifer * phase));
     vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer);
-    vec3 many = leaves * (1.0 + 0.35 * ground.grain);
+    float snow = snow_on_trees(ground.mean_warmth, s.zenith.z, conifer);
+    float whiter = clamp(snow * dot(SNOW_SEEN, vec2(1.0, rise.x)), 0.0, 1.0);
+    vec3 many = mix(leaves, cover_map.snow.rgb, whiter) * (1.0 + 0.35 * ground.grain);
     vec3 sunlit = many * both + material.albedo * (GROUND_BETWEEN * between.x * between.y);
     vec3 skylit = mix(many * CROWNS_SKY, material.albedo * (0.5 + 0.5 * between.x), between.x);
     sunlit = mix(material.albedo, sunlit, far);
@@ -60,6 +71,8 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     // In autumn red or green is less of it.
     float turned = (1.0 - conifer) * ramp(0.75, 0.5, broadleaf.g / max(broadleaf.r, 1e-3));
     vec3 single = leaves * (1.0 + crowns.tint * mix(CROWN_TINT, CROWN_AUTUMN, turned));
+    float white = snow * dot(SNOW_CROWN, vec2(1.0, crowns.up / max(crowns.met, 1e-3)));
+    single = mix(single, cover_map.snow.rgb, clamp(white, 0.0, 1.0));
     float unknown = 1.0 - crowns.met - crowns.left;
     vec3 shown = single * (both / max(1.0 - between.x, 1e-3) * crowns.light)
         + crowns.left * crowns.sun * mix(1.0, GROUND_BETWEEN, far) * material.albedo;

@@ -49,6 +49,7 @@ struct TerrainPoint {
 };
 
 const float TERRAIN_DUG_DRY = 0.3;  // what fresh craters take off the moisture: they show what lies below dark plains
+const float TERRAIN_BANK_WET = 0.4; // what banks of rivers and lakes add to it, where Cover.riparian is 1
 const float TERRAIN_COLORED_MOISTURE = 0.45;  // where a colour map says what the ground looks like
 
 // Share of a layer in heights: only layers shorter than an eighth of the spacing fade, which no vertex can show.
@@ -436,6 +437,10 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     point.roughness += real.rough;
 #endif
     point.moisture = terrain_moisture(w1, sources.dug);
+#ifdef TERRAIN_RIVERS
+    // As systems/cover/growth.py has it.
+    point.moisture = min(point.moisture + TERRAIN_BANK_WET * terrain_table.rivers.wetter * cut.beside, 1.0);
+#endif
     point.mountains = t.on_land;
     return point;
 }

@@ -17,7 +17,10 @@ float woods(Spot s, Ground ground, inout Material material) {
         * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), rise = clamp(dot(s.view, s.zenith), 0.1, 1.0);
     float seen = 1.0 - exp(-area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0)));
-    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer) * (1.0 + 0.35 * ground.grain);
+    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer);
+    float snow = snow_on_trees(ground.mean_warmth, s.zenith.z, conifer);
+    leaves = mix(leaves, cover_map.snow.rgb, clamp(snow * dot(SNOW_SEEN, vec2(1.0, rise)), 0.0, 1.0))
+        * (1.0 + 0.35 * ground.grain);
     material.albedo = mix(material.albedo, leaves, far * seen);
     material.growth.trees = 0.0;
     return far * seen;

@@ -174,18 +174,23 @@ RiverLine river_line(RiverEnds ends, RiverPlace p) {
 struct TerrainCut {
     float base, open, raised;
     float reach;   // of the valley, m; 0 where there is none
+    float beside;  // 1 in the water .. 0 far from it
     vec3 d_base, d_open, d_raised;
 };
 
+const float BESIDE_M = 100.0;   // as systems/terrain/rivers/valleys.py has it
+
 TerrainCut terrain_cut(TERRAIN_PLACE D) {
     RiverPlace p = river_place(D);
-    TerrainCut cut = TerrainCut(-terrain_table.rivers.base_m, 1.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
+    TerrainCut cut = TerrainCut(-terrain_table.rivers.base_m, 1.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
     float total = 0.0, sum = 0.0, first = 0.0, steepest = 0.0;
     vec3 d_total = vec3(0.0), d_sum = vec3(0.0);
     int k = p.lines.x, end = p.lines.x + p.lines.y;
     if (k < end) do {
         RiverLine line = river_line(river_ends(k), p);
         float half_width = line.section.y, floor_width = line.section.w;
+        float near = 1.0 - (line.d - half_width) / min(BESIDE_M, max(line.reach - half_width, 1e-3));
+        cut.beside = max(cut.beside, half_width > 0.0 ? clamp(near, 0.0, 1.0) : 0.0);
         TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
         // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
         if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {

@@ -29,12 +29,14 @@ _DEEP_M = 2.0  # a cell this far below the sea is hidden by it, whatever the cur
 
 class GroundRevision(NamedTuple):
     """Differs whenever any height may differ. terrain: the component's id; shape: revision of what heights follow
-    from; radius: revision of the planet's; rivers: how many tables of them this ground has had."""
+    from; radius: revision of the planet's; rivers: how many tables of them this ground has had; wetter: their banks
+    (Cover.riparian), which vertices know of."""
 
     terrain: int
     shape: int
     radius: int
     rivers: int | None = None
+    wetter: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

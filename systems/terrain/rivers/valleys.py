@@ -26,10 +26,12 @@ from .form import (
 from .pairs import Pairs, bent_by_place, chosen, river_pairs
 from .table import RiverTable
 
-__all__ = ["Valleys", "Waters", "shown_slopes", "valleys", "waters"]
+__all__ = ["Valleys", "Waters", "beside_water", "shown_slopes", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
 Slopes = Literal["none", "open", "all"]
+_BESIDE_M = 100.0
+"""How far from the water's edge a bank is wetter than the rain makes it; as BESIDE_M of terrain/rivers.glsl."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,18 @@ def _d_raised(pairs: Pairs, m: NDArray[np.int64]) -> Floats:
     raises = raise_slopes(pairs.d[m], half, floor, reach, lake)
     by_line = raises[2] * s_half + raises[3] * s_floor + raises[4] * s_reach
     return raises[1] * pairs.away[:, m] + by_line * pairs.along[:, m]
+
+
+def beside_water(table: RiverTable, points: Floats) -> Floats:
+    """(N,) 1 in rivers and lakes .. 0 from 100 m from their edges on, or where their valleys end; as waters()."""
+    found = np.zeros(points.shape[1])
+    pairs = river_pairs(table, points)
+    if pairs is not None:
+        half, reach = pairs.value[1], pairs.value[4]
+        wide = np.minimum(_BESIDE_M, np.maximum(reach - half, 1e-3))
+        near = np.where(half > 0.0, np.clip(1.0 - (pairs.d - half) / wide, 0.0, 1.0), 0.0)
+        found[pairs.near] = np.maximum.reduceat(near, pairs.first)
+    return found
 
 
 def waters(table: RiverTable, points: Floats) -> Waters:
