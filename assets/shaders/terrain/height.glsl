@@ -437,7 +437,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     point.roughness += real.rough;
 #endif
     point.moisture = terrain_moisture(w1, sources.dug);
-#ifdef TERRAIN_RIVERS
+#ifdef TERRAIN_CARVED
     // As systems/cover/growth.py has it.
     point.moisture = min(point.moisture + TERRAIN_BANK_WET * terrain_table.rivers.wetter * cut.beside, 1.0);
 #endif
