@@ -15,9 +15,9 @@ __all__ = ["SnowFall"]
 
 Floats = NDArray[np.float64]
 
-_COLD = (0.25, 0.10)
+_COLD = (0.16, 0.01)
 """Warmth (growth.Climate) between which trees come to carry it in summer; as SNOW_COLD of cover/snow_share.glsl."""
-_WINTER = 0.30
+_WINTER = 0.39
 """By how much midwinter is colder; as SNOW_WINTER there. At the sea's level snow then lies from 45 degrees on: chosen
 by eye."""
 
