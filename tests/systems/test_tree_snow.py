@@ -28,7 +28,7 @@ def carried(latitude_deg: float, season: float, height_m: float = 0.0, keeps: fl
 def test_it_lies_where_it_is_cold():
     assert carried(5.0, 0.0) == carried(5.0, 0.5) == 0.0
     # Under the snow line of the tropics all year, at 55 degrees in winter alone.
-    assert carried(5.0, 0.0, 4700.0) == carried(5.0, 0.5, 4700.0) > 0.9
+    assert carried(5.0, 0.0, 5000.0) == carried(5.0, 0.5, 5000.0) > 0.8
     assert carried(55.0, 0.0) > 0.9 and carried(55.0, 0.5) == 0.0
     assert carried(55.0, 0.0, keeps=0.0) == 0.0 and carried(55.0, 0.0, keeps=0.4) == pytest.approx(0.4)
     heights = np.linspace(0.0, 4000.0, 200)
