@@ -482,3 +482,12 @@ def test_shaders_made_for_trees_find_their_names_where_there_are_none():
     found = set(re.findall(r"(\w+)(?:\[\d+\])?[,;]", members[1]))
     of_the_map = {"x", "y", "middle_m", "per_m", "per_depth_m"}
     assert found == set(CoverMapBlock.__annotations__) - of_the_map
+
+
+@pytest.mark.gpu
+def test_shaders_made_for_trees_compile_without():
+    with pf.Renderer(pf.load_scene("woods"), size=(64, 36), quality="low") as renderer:
+        renderer.render(pf.view("near"))
+        renderer.gpu.shaders.withdraw("cover")
+        assert "terrain/shade.comp" in renderer.reload_shaders()
+        assert renderer.shader_errors == []

@@ -212,8 +212,8 @@ void add_kind(
 
 // eye, sun: unit vectors, seen from ground whose normal is the zenith. across: what a pixel spans at right angles to
 // the view, metres. stony: share of cells that hold a stone off the beach.
-// above_sea: height of the pixel's ground, beach_m: of the beach there, metres; gradient: its rise around, in metres per
-// metre.
+// above_sea: height of the pixel's ground, beach_m: of the beach there, metres; gradient: its rise around, in
+// metres per metre.
 GroundClutter ground_clutter(
     vec3 point, vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea,
     float beach_m, vec3 gradient
