@@ -67,14 +67,14 @@ def document_text(results: Path, page_folder: Path) -> str:
     devices = _devices(results)
     parts = [_HEAD.format(promises=_link(results / PROMISES, page_folder), peers=PEERS)]
     if all(reports[0].machine.is_software for _, reports in devices):
-        parts.append(
+        parts[0] += (
             "No suite was run on a GPU yet. What frames, pictures and tests were on one: [drivers](drivers.md#a-gpu).\n"
         )
     parts.append(_in_short(devices))
     for folder, reports in devices:
         link = _link(folder / TABLES, page_folder)
-        parts += [f"## {device_title(reports[0].machine)}\n", _machine(reports), f"[All tables]({link}).\n"]
-        parts.append(_missed(reports))
+        parts.append(f"## {device_title(reports[0].machine)}\n")
+        parts.append(f"{_machine(reports)}[All tables]({link}). {_missed(reports)}")
     return "\n".join(parts).rstrip() + "\n"
 
 

@@ -93,7 +93,7 @@ CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shado
 COVER_VIEWS = (
     "lakeside", "forest", "meadow", "savanna", "palms", "treeline", "canopy", "grove", "woodland",
 )  # fmt: skip
-SMALL_VIEWS = ("waterfall",)
+SMALL_VIEWS = ("waterfall", "canyon")
 """Those that show enough at half the size."""
 
 
