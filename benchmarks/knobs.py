@@ -174,6 +174,7 @@ PAIRS: dict[str, Pair] = {
     "terrain.snow_line_m": Pair("earth", "orbit", 0.0),
     "terrain.snow_line_pole_m": Pair("earth", "space", -5000.0),
     "terrain.snow_slope_deg": Pair("earth", "high", 5.0),
+    "terrain.season": Pair("woods", "treeline", 0.0),
     "terrain.variation": Pair("earth", "near", 0.0),
     "terrain.grain": Pair("earth", "ground", 4.0, off=0.0),
     "terrain.clutter": Pair("earth", "ground", 0.0, off=1.0),

@@ -50,8 +50,8 @@ class Cover:
     shrub_spacing_m: float = knob(4.0, 1.0, 100.0, "m", "Mean distance of the places that may have a shrub", log=True)
     shrub_height_m: float = knob(1.4, 0.1, 10.0, "m", "Of a grown shrub", log=True)
     season: float = knob(
-        0.5, 0.0, 1.0, "", "Time of year: 0 and 1 midwinter of the northern half, 0.5 midsummer, 0.8 autumn; the "
-        "southern half is half a year apart. Broadleaves keep their leaves in the tropics",
+        0.5, 0.0, 1.0, "", "Time of year of the trees alone, instead of Terrain.season: 0 and 1 midwinter of the "
+        "northern half, 0.8 autumn; 0.5: as the ground's. Broadleaves keep their leaves in the tropics",
     )  # fmt: skip
     snow: float = knob(
         0.6, 0.0, 1.0, "", "Share of what faces up on trees that snow lies on, in winter where it is cold, all year "

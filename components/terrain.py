@@ -224,6 +224,11 @@ class Terrain:
     )
     snow_line_m: float = knob(5200.0, -1e5, 1e6, "m", "Height of the snow line at the equator", group="ground")
     snow_line_pole_m: float = knob(-500.0, -1e5, 1e6, "m", "Height of the snow line at the poles", group="ground")
+    season: float = knob(
+        0.5, 0.0, 1.0, "", "Time of year: 0 and 1 midwinter of the northern half, when snow lies lower down, 0.5 "
+        "midsummer; the southern half is half a year apart. Trees have it too, where Cover.season isn't set",
+        group="ground",
+    )  # fmt: skip
     snow_slope_deg: float = knob(
         24.0, 0.0, 90.0, "deg", "Slopes steeper than this shed most of their snow", group="ground"
     )

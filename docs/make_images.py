@@ -43,10 +43,11 @@ WOODS = {
     },
     "hills": "near",
     "treeline_winter": "treeline",
+    "winter": "ground",
 }
 """Pictures of trees, and their views."""
-SEASONS = {"woodland": 0.79, "treeline_winter": 0.0}
-"""Cover.season of some."""
+SEASONS = {"woodland": 0.79, "treeline_winter": 0.0, "winter": 0.0}
+"""Terrain.season of some."""
 SIZE, QUALITY = (960, 540), "medium"
 LARGEST_BYTES = 150_000
 DESCENT = "descent"
@@ -79,7 +80,7 @@ def main(names: list[str]) -> None:
             for name in wanted:
                 file = FOLDER / f"{name}.jpg"
                 if name in WOODS:
-                    scene.planet[pf.Cover].season = SEASONS.get(name, 0.5)
+                    scene.planet[pf.Terrain].season = SEASONS.get(name, 0.5)
                 file.write_bytes(as_jpeg(renderer.snapshot(pf.view(own[name], scene.planet)).image))
                 console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 

@@ -66,6 +66,10 @@ def savanna(climate: Climate) -> Floats:
     )
 
 
+CLIMATE = ("plants", "humidity", "snow_line_m", "snow_line_pole_m", "beach_height_m")
+"""Fields of Terrain that Growing follows from; of its shape the ground has a revision of its own."""
+
+
 @dataclass(frozen=True)
 class Growing:
     """What of the component Terrain decides where trees grow."""

@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AUTUMN", "LIKE_BARK", "SUMMER", "TWIGS_OPEN", "Leaves", "leaves_at", "winter_at"]
+from ...components.season import seasonal, year_of
+
+__all__ = ["AUTUMN", "LIKE_BARK", "SUMMER", "TWIGS_OPEN", "Leaves", "leaves_at"]
 
 Floats = NDArray[np.float64]
 
-_TROPICS, _TEMPERATE = 0.391, 0.643
-"""Sines of latitudes, 23 and 40 degrees, below which trees keep their leaves, and from which all shed them; as SHEDS of
-assets/shaders/cover/snow_share.glsl."""
 _TURN = (0.68, 0.80)
 """Share of the year, from midwinter on, in which leaves turn."""
 _FALL = (0.82, 0.92)
@@ -41,26 +40,10 @@ class Leaves(NamedTuple):
 SUMMER = Leaves(0.0, 0.0)
 
 
-def _year(season: float, south: NDArray[np.bool_] | bool) -> Floats:
-    """Time of year of either half, 0..1 from its midwinter on."""
-    return np.mod(season + np.where(south, 0.5, 0.0), 1.0)
-
-
-def _seasonal(sine: Floats | float) -> Floats:
-    """0 in the tropics .. 1 where all broadleaves shed their leaves."""
-    return np.clip((np.abs(sine) - _TROPICS) / (_TEMPERATE - _TROPICS), 0.0, 1.0)
-
-
-def winter_at(season: float, sine: Floats) -> Floats:
-    """(N,) how far it is winter: 0 in the summer half of the year and in the tropics, 1 in midwinter where leaves fall.
-    As leaves_at(), of latitudes (N,)."""
-    return _seasonal(sine) * np.maximum(np.cos(2.0 * np.pi * _year(season, sine < 0.0)), 0.0)
-
-
 def leaves_at(season: float, sine: float) -> Leaves:
     """season: time of year, 0..1, 0 midwinter of the northern half; the southern is half a year apart. sine: of the
     latitude."""
-    year, share = float(_year(season, sine < 0.0)), float(_seasonal(sine))
+    year, share = float(year_of(season, sine < 0.0)), float(seasonal(sine))
 
     def ramp(ends: tuple[float, float]) -> float:
         return float(np.clip((year - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))

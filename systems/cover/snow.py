@@ -1,4 +1,4 @@
-"""Snow that trees carry: near the snow line all year, lower down in winter. The ground's own has no seasons."""
+"""Snow that trees carry: near the snow line all year, lower down in winter, as on the ground."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Cover
+from ...components.season import winter_at
 from .growth import Growing, ramp
-from .season import winter_at
 
 __all__ = ["SnowFall"]
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Cover, Ocean, Planet, Terrain, Wind
+from ...components.season import in_season
 from ...engine.blocks.bindings import COVER_BLOCK, COVER_UNIT, FLAG_BUFFER, RADIANCE_IMAGE, TILE_BUFFER, TREE_BUFFER
 from ...engine.display import reflectance
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
@@ -158,7 +159,9 @@ class CoverSystem(System):
     def update(self, frame: Frame) -> None:
         self._warm_up.step(frame)
         view, component = self._view(frame.view), frame.world.get(frame.planet, Cover)
-        cover = with_overrides(component, "cover", frame.settings)
+        own_ground = frame.world.get(frame.planet, Terrain)
+        terrain = with_overrides(own_ground, "terrain", frame.settings)
+        cover = in_season(with_overrides(component, "cover", frame.settings), terrain)
         view.frame = frame
         view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
         self._use_colours(cover, revision(component, *_COLOURS))
@@ -166,7 +169,7 @@ class CoverSystem(System):
         direction = frame.camera.position_m / height
         view.leaves = leaves_at(cover.season, float(direction[2]))
         ground: Any = frame.world.try_resource(HEIGHT_FIELD)
-        terrain, ocean = frame.world.get(frame.planet, Terrain), frame.world.try_get(frame.planet, Ocean)
+        ocean = frame.world.try_get(frame.planet, Ocean)
         sea = None if ocean is None else ocean.sea_level_m
         growing = Growing.of(terrain, sea, cover.savanna, cover.riparian)
         snow = SnowFall.of(growing, frame.world.get(frame.planet, Planet).radius_m, cover)
@@ -180,7 +183,7 @@ class CoverSystem(System):
             for near in view.nears:
                 near.clear()
         else:
-            key = (ground, revision(component, *GROWS), revision(terrain), sea)
+            key = (ground, revision(component, *GROWS), growing)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             for near in view.nears:
                 own = min(reach, _SHRUBS_M) if near.layer is SHRUBS else reach

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Terrain
-from ...engine.blocks.layout import IVec3, Vec3, array
+from ...components.season import winter_at
+from ...engine.blocks.layout import IVec3, Vec2, Vec3, array
 from ...engine.surface.nested import NestedAnchor, nested_anchor
 from ...engine.wavelengths import Nanometres
 from .height import TerrainParams
@@ -89,6 +90,7 @@ class TerrainMaterialBlock:
     snow_line_m: Annotated[float, "height at the equator"]
     snow_line_rise_m: Annotated[float, "how much higher it is at the poles"]
     warmth_per_m: Annotated[float, "1 / range of the snow line"]
+    winter: Annotated[Vec2, "how far it is winter in the northern and the southern half, 0..1"]
     humidity: float
     variation: Annotated[float, "strength of colour variation"]
     dust_law: Annotated[float, "share of the law of airless dust"]
@@ -127,6 +129,7 @@ def material_block(
         snow_line_m=terrain.snow_line_m,
         snow_line_rise_m=terrain.snow_line_pole_m - terrain.snow_line_m,
         warmth_per_m=1.0 / max(terrain.snow_line_m - terrain.snow_line_pole_m, _LEAST_CLIMATE_M),
+        winter=winter_at(terrain.season, np.array([1.0, -1.0])),
         humidity=terrain.humidity - _MEAN_MOISTURE,
         variation=terrain.variation,
         dust_law=terrain.dust_law,

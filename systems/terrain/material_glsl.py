@@ -149,7 +149,7 @@ def materials_glsl(materials: Sequence[Material], slots: Mapping[str, int], apar
         "material.rock = rock_share;",
         "material.plant = plants_color;",
         f"material.ripples = {ripples};",
-        f"stand_on(material, ground, {_left(upper, 'stones')}, {_left(upper, 'plants')});",
+        f"stand_on(material, ground, {_left(upper, 'stones')}, {_left(upper, 'plants')}, {_left(upper, 'trees')});",
         "#ifdef GROUND_COVER",
         f"material.inland = {_left(foot, 'plants', at_foot=True)};",
         "#endif",
@@ -220,7 +220,7 @@ def _left(upper: Sequence[Material], things: str, at_foot: bool = False) -> str:
     """Share of the things on soil that the materials on it leave."""
     text = ""
     for m in upper:
-        share = getattr(m, things)
+        share = (m.plants if m.hides_trees else None) if things == "trees" else getattr(m, things)
         if share is None or m.at_foot != at_foot:
             continue
         if share:

@@ -44,7 +44,7 @@ class Material:
     those of what lies below. All ground is matt: Terrain.dust_law says how. bumps_before: the material that its own
     bumps are laid before, as its rule leaves that one out. buries: share of the bumps below that it hides. stones,
     plants: share of the things on it that stand on soil; None: as on what lies below. at_foot: that share is counted
-    where a thing has its foot (terrain/clutter.glsl).
+    where a thing has its foot (terrain/clutter.glsl). hides_trees: that share counts for trees as well.
     """
 
     name: str
@@ -60,6 +60,7 @@ class Material:
     stones: float | None = None
     plants: float | None = None
     at_foot: bool = False
+    hides_trees: bool = True
 
 
 INPUTS: dict[str, str] = {
@@ -74,6 +75,7 @@ INPUTS: dict[str, str] = {
     "mean_warmth": "0 at the snow line, 1 at the equator's sea; falls with height and towards the poles",
     "warmth": "the same with some chance",
     "warmth_per_m": "by how much it falls with each metre of height",
+    "winter": "how far it is winter, 0..1 (Terrain.season); 0 in the tropics",
     "sunny": "-1: as steep a slope to the pole as there is any, 1: to the equator; 0 in the tropics",
     "mean_humidity": "moisture in its climate: 0.3 is desert, 0.7 forest",
     "humidity": "the same with some chance",
@@ -121,7 +123,7 @@ MATERIALS: tuple[Material, ...] = (
     Material("meadows", "plants of warm places", "plants", "ramp(0.07, 0.25, warmth + 0.015 * grain)"),
     Material("grass", "where they aren't withered", "meadows", albedo="grass_albedo"),
     Material("hay", "dry grass", "meadows",
-        "clamp(ramp(0.60, 0.37, humidity) * 0.8 + 0.32 * mixed + 0.1 * grain, 0.0, 1.0)",
+        "clamp(ramp(0.60, 0.37, humidity) * 0.8 + 0.5 * winter + 0.32 * mixed + 0.1 * grain, 0.0, 1.0)",
         {"grass_albedo": 0.45, "dry_albedo": 0.35}),
     Material("forest", "wet and warm", "meadows",
         "ramp(0.52, 0.70, humidity + 0.04 * grain) * ramp(0.15, 0.28, warmth)", "forest_albedo"),
@@ -143,14 +145,16 @@ MATERIALS: tuple[Material, ...] = (
         roughness=0.4, bumps_before="rock", stones=0.25, plants=0.0, at_foot=True,
         ripples=Ripples(0.07, 0.4, 0.22, 0.08, "beach_share * (1.0 - rock_share) * (1.0 - snow_share)")),
     # The line is as wide as the hidden relief spreads it.
-    Material("snow", "above its line, which is higher on sunny slopes; thin on steep faces", "ground", """
-        float hidden = min(0.25 * hidden_slope * footprint_m * warmth_per_m, 0.12), spread = 0.012 + 0.6 * hidden;
-        float melts = warmth + 0.06 * sunny - (0.006 + 0.25 * hidden) * grain - 0.012 * mixed;
+    Material("snow", "above its line: higher on sunny slopes, lower in winter; thin on steep faces", "ground", """
+        float hidden = min(0.25 * hidden_slope * footprint_m * warmth_per_m, 0.12);
+        float spread = 0.012 + 0.6 * hidden + 0.06 * winter;
+        float melts = warmth - 0.46 * winter + 0.06 * sunny
+            - (0.006 + 0.25 * hidden + 0.03 * winter) * grain - (0.012 + 0.02 * winter) * mixed;
         float snowy = smoothstep(spread, -spread, melts);
         float sheds = (slope - snow_slope) / (0.25 * snow_slope + hidden_slope) + 0.25 * grain + 0.2 * mixed
             + 0.5 * sunny;
         return snowy * (1.0 - 0.9 * smoothstep(-1.0, 1.0, sheds));
         """, "snow_albedo", "albedo * (1.0 + 0.03 * patches + 0.025 * grain)",
-        buries=0.5, stones=0.0, plants=0.0, ripples=Ripples(1.15, 0.9, 0.16, 0.02)),
+        buries=0.5, stones=0.0, plants=0.0, hides_trees=False, ripples=Ripples(1.15, 0.9, 0.16, 0.02)),
 )  # fmt: skip
 """The library's own; within a mixture later ones lie over earlier ones."""

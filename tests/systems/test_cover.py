@@ -418,7 +418,7 @@ def test_woods_are_those_of_the_materials(run_compute, gpu):
         warmth = ground.mean_warmth;
         humidity = ground.mean_humidity;
         Material material;
-        stand_on(material, ground, 1.0, 1.0);
+        stand_on(material, ground, 1.0, 1.0, 1.0);
         woods = material.growth.trees;
         """,
         {"d": offsets.astype(np.float32), "h": height},

@@ -42,7 +42,7 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     // As systems/cover/stand.py has it.
     float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
-        ramp(SHEDS.x, SHEDS.y, abs(s.zenith.z)));
+        ramp(SEASONAL.x, SEASONAL.y, abs(s.zenith.z)));
     float savanna = ramp(SAVANNA_HUMID.x, SAVANNA_HUMID.y, ground.mean_humidity)
         * ramp(SAVANNA_HUMID.z, SAVANNA_HUMID.w, ground.mean_humidity)
         * ramp(SAVANNA_WARM.x, SAVANNA_WARM.y, ground.mean_warmth);

@@ -2,6 +2,7 @@
 // slope, climate and chance, broken up by noise whose wavelengths follow the pixel's footprint. What is smaller than a
 // pixel counts as a share of it: slopes and heights that the footprint hides enter as a variance, so that the colour of
 // a place stays the same from 2 m to 36 000 km. Numbers without a source are chosen by eye.
+#include "common/season.glsl"
 #include "generated/planet.glsl"
 #include "generated/terrain_albedos.glsl"
 #include "generated/terrain_ground.glsl"
@@ -72,6 +73,7 @@ void ground_climate(inout Ground ground, vec3 zenith, vec3 gradient) {
     ground.mean_warmth = (line - ground.height_m) * terrain_material_block.warmth_per_m;
     ground.warmth = ground.mean_warmth + 0.025 * ground.mixed;
     ground.warmth_per_m = terrain_material_block.warmth_per_m;
+    ground.winter = winter_here(terrain_material_block.winter, zenith.z);
     // Ground that rises towards the nearer pole faces the equator.
     ground.sunny = clamp(3.0 * zenith.z * (gradient.z - dot(gradient, zenith) * zenith.z), -1.0, 1.0);
     ground.mean_humidity = terrain_material_block.humidity + 0.9 * ground.moisture + 0.30 * bell(sine, 0.0, 3.6)

@@ -12,7 +12,7 @@ float woods(Spot s, Ground ground, inout Material material) {
     float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER))) * material.inland;
     float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
-        ramp(SHEDS.x, SHEDS.y, abs(s.zenith.z)));
+        ramp(SEASONAL.x, SEASONAL.y, abs(s.zenith.z)));
     float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * material.growth.trees
         * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), rise = clamp(dot(s.view, s.zenith), 0.1, 1.0);

@@ -38,13 +38,13 @@ Ripples stronger(Ripples a, Ripples b) {
 
 // What stands on it: plants, fewer where it is dry, and stones. All this hangs on the place alone, not on the pixel's
 // footprint, so nothing comes or goes when the camera moves. Beaches count where a thing has its foot
-// (terrain/clutter.glsl). stones, plants: what the materials leave of them.
-void stand_on(inout Material material, Ground ground, float stones, float plants) {
-    float growing = ramp(0.25, 0.55, ground.mean_humidity) * ground.plants * plants;
+// (terrain/clutter.glsl). stones, plants, trees: what the materials leave of them.
+void stand_on(inout Material material, Ground ground, float stones, float plants, float trees) {
+    float wet = ramp(0.25, 0.55, ground.mean_humidity) * ground.plants, growing = wet * plants;
     float woods = ramp(0.50, 0.72, ground.mean_humidity) * ramp(0.15, 0.28, ground.mean_warmth);
     material.stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * ground.roughness) * stones;
     material.growth =
-        Growth(growing * 0.95, growing * 0.32, growing * (0.10 + 0.45 * woods), growing * woods, woods);
+        Growth(growing * 0.95, growing * 0.32, growing * (0.10 + 0.45 * woods), wet * trees * woods, woods);
 }
 
 #include "generated/terrain_materials.glsl"
