@@ -72,6 +72,27 @@ def test_outlines_of_settled_clouds_are_smooth() -> None:
     assert np.abs(found[0] - found[1])[rim].mean() < 0.1875
 
 
+def test_clouds_from_far_away_are_as_opaque_through_all_places_of_a_pixel() -> None:
+    """An even layer 5 km above a sea, from 36 000 km, where that is deeper than that within a pixel: rays beside
+    a pixel's middle end on the sea that they meet. They see all of the layer while its depth between pixels, which is
+    taken as linear, is right to 5 km: pixels are 198 km wide, so within 4000 km of the disc's middle, where a sphere
+    bends by 198^2 / 16 / 6371 / cos(39 degrees)^3 = 0.8 km between two."""
+    scene = bare(sea_m=0.0)
+    scene.planet.add(Clouds(density_model="uniform", base_m=5000.0, top_m=6000.0, extinction_per_m=5e-4))
+    camera = pf.Camera.at(20.0, 10.0, 3.6e7, pitch_deg=-90.0, fov_y_deg=20.0)
+    found = []
+    for samples in (4, 32):
+        with renderer_of(scene, (64, 64), stride=2, samples=samples) as renderer:
+            renderer.settle(camera, sun=UP)
+            renderer.render(camera, sun=UP)
+            found.append(texture(renderer, "clouds.full")[..., 3])
+    away_px = np.hypot(*(np.indices((64, 64)) - 31.5)).astype(int)
+    rings = np.array([[one[away_px == px].mean() for px in range(20)] for one in found])
+    assert rings.max() < 0.75
+    np.testing.assert_allclose(rings[1], rings[0], atol=0.003)
+    assert np.abs(found[1] - found[0])[away_px < 20].max() < 0.05  # chance, of few steps in a thin layer
+
+
 def test_no_dashes_along_the_horizon() -> None:
     """Of a calm sea at a low sun, whose clouds keep the sun from the air over it: while anti-aliasing looks now above
     the horizon and now below it, each has the light of its own way. Along the rows there light changes as smoothly as

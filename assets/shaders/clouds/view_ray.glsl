@@ -36,11 +36,25 @@ float cloud_pattern(ivec2 at) {
     return fract(dot(vec2(at), vec2(0.75487766, 0.56984029)) + u_pattern.y * cloud_hash(uvec2(at)) + u_pattern.x);
 }
 
+// Depth beside the pixel's middle, of the surface that is seen there: on a plane it is linear in the picture. Across an
+// outline the side that goes on more evenly says how, elsewhere both. offset: in pixels of the clouds' picture.
+float depth_beside(ivec2 pixel, float depth, vec2 offset) {
+    ivec2 at = clamp(pixel, ivec2(1), textureSize(u_depth, 0) - 2), x = ivec2(1, 0), y = ivec2(0, 1);
+    float here = texelFetch(u_depth, at, 0).r;
+    vec2 before = here - vec2(texelFetch(u_depth, at - x, 0).r, texelFetch(u_depth, at - y, 0).r);
+    vec2 after = vec2(texelFetch(u_depth, at + x, 0).r, texelFetch(u_depth, at + y, 0).r) - here;
+    vec2 even = mix(before, after, lessThan(abs(after), abs(before))), mean = 0.5 * (before + after);
+    float change = dot(mix(even, mean, lessThan(abs(mean), 2.0 * abs(even))), offset);
+    return clamp(depth + change, 0.5 * depth, 2.0 * depth);
+}
+
 // Sets pixel_rad and cloud_dither as well.
 ViewRay cloud_view_ray(ivec2 at) {
     ivec2 pixel = min(at * STRIDE + u_place, textureSize(u_depth, 0) - 1);
     vec3 ray = view_ray(ndc_of_pixel((vec2(pixel) + 0.5) * float(PICTURE_PX) + u_inside));
     float ray_length = length(ray), depth = texelFetch(u_depth, pixel, 0).r;
+    // From far away clouds lie nearer to the ground than that is deep within a pixel.
+    if (u_inside != vec2(0.0) && depth > 0.0) depth = depth_beside(pixel, depth, u_inside * (1.0 / float(PICTURE_PX)));
     float end = depth > 0.0 ? forward_distance(depth) * ray_length : UNBOUNDED;
     ray /= ray_length;
     float mu = clamp_cos(dot(ray, frame.camera_zenith));
