@@ -81,7 +81,10 @@ def main(names: list[str]) -> None:
                 file = FOLDER / f"{name}.jpg"
                 if name in WOODS:
                     scene.planet[pf.Terrain].season = SEASONS.get(name, 0.5)
-                file.write_bytes(as_jpeg(renderer.snapshot(pf.view(own[name], scene.planet)).image))
+                view = pf.view(own[name], scene.planet)
+                # Views are exposed for summer; snow is brighter.
+                shown = view.exposed(view.ev100 + 0.6) if SEASONS.get(name) == 0.0 else view
+                file.write_bytes(as_jpeg(renderer.snapshot(shown).image))
                 console.print(f"wrote {file} ({file.stat().st_size / 1000:.0f} kB)")
 
 
