@@ -11,7 +11,8 @@ these have the same grid of pixels, and else go on straight from the two next to
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,38 +25,49 @@ from .lattice import Lattice
 __all__ = ["Pixels", "pixel_places", "warped", "within"]
 
 Floats = NDArray[np.float64]
+Weights = tuple[Floats, Floats, Floats, Floats]
 Pixels = Callable[[slice, slice], Floats]
 """Values (channels, rows, columns) of pixels, NaN where there is none; slices may leave the file."""
 
-_BLOCK = 240
-_STEP = 24
+_BLOCK = 120
+_STEP = 40
 _RIGHT = 1e-3
 _EDGE = 0.51
 """Of a pixel: half of it, and a rest for what is rounded, so that nothing is left between tiles."""
 _REACH = 2
+_AROUND = 1 + 2 * _REACH
+"""Pixels around those that samples lie between: one more for the cubic, and those that what is missing follows from."""
 
 
 def warped(
     found: Found, header: GeoHeader, system: System, pixels: Pixels, channels: int = 1, over: float = 0.05
 ) -> NDArray[np.float32]:
-    """Values (channels, rows, columns) of a window of a lattice, NaN where the file has none."""
+    """Values (channels, rows, columns) of a window of a lattice, NaN where the file has none. Each sample's is the same
+    in whichever window it is asked for."""
     out = np.full((channels, found.rows, found.columns), np.nan, np.float32)
-    for top in range(0, found.rows, _BLOCK):
-        for left in range(0, found.columns, _BLOCK):
-            rows, columns = slice(top, min(top + _BLOCK, found.rows)), slice(left, min(left + _BLOCK, found.columns))
-            x, y = pixel_places(found.window(rows, columns), header, system)
-            _block(out[:, rows, columns], x, y, header, pixels, over)
+    for block, inner, outer in _blocks(found):
+        x, y = pixel_places(block, header, system)
+        _fill(out[(slice(None), *outer)], x[inner], y[inner], header, pixels, over)
     return out
 
 
 def within(found: Found, header: GeoHeader, system: System) -> NDArray[np.bool_]:
     """Which samples (rows, columns) of a window lie within a file's pixels, gaps or not."""
     out = np.zeros((found.rows, found.columns), bool)
-    for top in range(0, found.rows, _BLOCK):
-        for left in range(0, found.columns, _BLOCK):
-            rows, columns = slice(top, min(top + _BLOCK, found.rows)), slice(left, min(left + _BLOCK, found.columns))
-            out[rows, columns] = _inside(*pixel_places(found.window(rows, columns), header, system), header)
+    for block, inner, outer in _blocks(found):
+        out[outer] = _inside(*pixel_places(block, header, system), header)[inner]
     return out
+
+
+def _blocks(found: Found) -> Iterator[tuple[Found, tuple[slice, slice], tuple[slice, slice]]]:
+    """Squares of the lattice that a window lies in, slices of the square, and slices of the window."""
+    for j in range(found.row // _BLOCK, (found.row + found.rows - 1) // _BLOCK + 1):
+        for i in range(found.column // _BLOCK, (found.column + found.columns - 1) // _BLOCK + 1):
+            block = Found(found.lattice, i * _BLOCK, j * _BLOCK, _BLOCK, _BLOCK)
+            spans = ((block.row, found.row, found.rows), (block.column, found.column, found.columns))
+            inner = [slice(max(o - b, 0), min(o + n - b, _BLOCK)) for b, o, n in spans]
+            outer = [slice(s.start + b - o, s.stop + b - o) for s, (b, o, _) in zip(inner, spans, strict=True)]
+            yield block, (inner[0], inner[1]), (outer[0], outer[1])
 
 
 def _inside(x: Floats, y: Floats, header: GeoHeader) -> NDArray[np.bool_]:
@@ -64,15 +76,15 @@ def _inside(x: Floats, y: Floats, header: GeoHeader) -> NDArray[np.bool_]:
         return found & (y >= -_EDGE) & (y <= header.rows - 1 + _EDGE)
 
 
-def _block(
+def _fill(
     out: NDArray[np.float32], x: Floats, y: Floats, header: GeoHeader, pixels: Pixels, over: float
 ) -> None:  # fmt: skip
     inside = _inside(x, y, header)
     if not inside.any():
         return
     x, y = x[inside], y[inside]
-    left, right = int(np.floor(x.min())) - 1, int(np.floor(x.max())) + 3
-    top, bottom = int(np.floor(y.min())) - 1, int(np.floor(y.max())) + 3
+    left, right = int(np.floor(x.min())) - _AROUND, int(np.floor(x.max())) + 2 + _AROUND
+    top, bottom = int(np.floor(y.min())) - _AROUND, int(np.floor(y.max())) + 2 + _AROUND
     values = pixels(slice(top, bottom), slice(left, right))
     there = ~np.isnan(values[0])
     if not there.any():
@@ -95,29 +107,34 @@ def _block(
 
 
 def _cubic(
-    flat: Floats, first: NDArray[np.int64], width: int, across: Floats, down: Floats, over: float
+    flat: Floats, first: NDArray[np.int64], width: int, across: Weights, down: Weights, over: float
 ) -> Floats:  # fmt: skip
     total = np.zeros(len(first))
     low, high = np.full(len(first), np.inf), np.full(len(first), -np.inf)
     for b in range(4):
         row = np.zeros(len(first))
         for a in range(4):
-            taps = flat[first + (b * width + a)]
+            taps = flat[b * width + a :].take(first)
             if a in (1, 2) and b in (1, 2):
                 np.minimum(low, taps, out=low)
                 np.maximum(high, taps, out=high)
-            row += across[a] * taps
-        total += down[b] * row
-    room = over * (high - low)
-    return np.clip(total, low - room, high + room)
+            taps *= across[a]
+            row += taps
+        row *= down[b]
+        total += row
+    if over:
+        room = over * (high - low)
+        low -= room
+        high += room
+    return np.clip(total, low, high, out=total)
 
 
-def _weights(t: Floats) -> Floats:
-    """Of Keys' cubic convolution (4, N), a = -1/2."""
-    u = 1.0 - t
-    return np.stack([
-        -0.5 * t * u * u, 1.0 + t * t * (1.5 * t - 2.5), 1.0 + u * u * (1.5 * u - 2.5), -0.5 * u * t * t,
-    ])  # fmt: skip
+def _weights(t: Floats) -> Weights:
+    """Of Keys' cubic convolution, a = -1/2."""
+    half = 0.5 * t * (1.0 - t)
+    first, last = half * (t - 1.0), -half * t
+    second = 1.0 + t * t * (1.5 * t - 2.5)
+    return first, second, 1.0 - first - second - last, last
 
 
 def _grown(values: Floats, there: NDArray[np.bool_]) -> Floats:
@@ -146,21 +163,25 @@ def _grown(values: Floats, there: NDArray[np.bool_]) -> Floats:
     return np.where(known, out, 0.0)
 
 
-def pixel_places(found: Found, header: GeoHeader, system: System) -> tuple[Floats, Floats]:
-    """Column and row (rows, columns) in a file's pixels, 0 in the middle of the first one, of a window's samples; not
+def pixel_places(block: Found, header: GeoHeader, system: System) -> tuple[Floats, Floats]:
+    """Column and row (rows, columns) in a file's pixels, 0 in the middle of the first one, of a square's samples; not
     finite where its system has none."""
-    lattice, rows, columns = found.lattice, found.rows, found.columns
-    if min(rows, columns) > 3 * _STEP // 2:
-        (nodes_y, by_row), (nodes_x, by_column) = _nodes(rows), _nodes(columns)
-        x, y = _exact(lattice, found.row + nodes_y, found.column + nodes_x, header, system)
-        if np.isfinite(x).all() and np.isfinite(y).all():
-            x, y = (by_row @ v @ by_column.T for v in (x, y))
-            j, i = (np.unique(np.linspace(_STEP // 2, n - 1, n // _STEP + 2, dtype=np.int64)) for n in (rows, columns))
-            true_x, true_y = _exact(lattice, found.row + j, found.column + i, header, system)
-            off = max(np.abs(true_x - x[np.ix_(j, i)]).max(), np.abs(true_y - y[np.ix_(j, i)]).max())
-            if off <= _RIGHT:
-                return x, y
-    return _exact(lattice, found.row + np.arange(rows), found.column + np.arange(columns), header, system)
+    lattice, rows, columns = block.lattice, block.rows, block.columns
+    (nodes_y, by_row), (nodes_x, by_column) = _nodes(rows), _nodes(columns)
+    x, y = _exact(lattice, block.row + nodes_y, block.column + nodes_x, header, system)
+    if np.isfinite(x).all() and np.isfinite(y).all():
+        x, y = (_spread(v, by_row, by_column) for v in (x, y))
+        j, i = (np.unique(np.linspace(_STEP // 2, n - 1, n // _STEP + 2, dtype=np.int64)) for n in (rows, columns))
+        true_x, true_y = _exact(lattice, block.row + j, block.column + i, header, system)
+        off = max(np.abs(true_x - x[np.ix_(j, i)]).max(), np.abs(true_y - y[np.ix_(j, i)]).max())
+        if off <= _RIGHT:
+            return x, y
+    return _exact(lattice, block.row + np.arange(rows), block.column + np.arange(columns), header, system)
+
+
+def _spread(values: Floats, by_row: Floats, by_column: Floats) -> Floats:
+    """Between nodes. By einsum, since BLAS would start threads for so little."""
+    return np.einsum("ia,aj->ij", by_row, np.einsum("ab,jb->aj", values, by_column))
 
 
 def _exact(
@@ -174,6 +195,7 @@ def _exact(
     return column.reshape(latitude.shape), row.reshape(latitude.shape)
 
 
+@lru_cache(maxsize=8)
 def _nodes(count: int) -> tuple[NDArray[np.int64], Floats]:
     """Samples, _STEP apart and two beyond each end, and the weights (count, nodes) of Lagrange's cubic through them."""
     cells = -(-(count - 1) // _STEP)
