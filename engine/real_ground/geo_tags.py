@@ -62,10 +62,11 @@ class GeoHeader:
         return a * column + b * row + c, d * column + e * row + f
 
     def pixel(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """The inverse of `model`."""
+        """The inverse of `model`; not finite where coordinates aren't."""
         a, b, c, d, e, f = self.matrix
-        x, y, area = x - c, y - f, a * e - b * d
-        return (e * x - b * y) / area, (a * y - d * x) / area
+        with np.errstate(invalid="ignore"):
+            x, y, area = x - c, y - f, a * e - b * d
+            return (e * x - b * y) / area, (a * y - d * x) / area
 
 
 def tifffile_or_error() -> ModuleType:
