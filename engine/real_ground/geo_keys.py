@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from importlib import import_module
 from types import ModuleType
 from typing import Any
 
@@ -41,10 +42,9 @@ class KeysError(ValueError):
 def pyproj_or_error() -> ModuleType:
     """The module. MissingLibrary without it."""
     try:
-        import pyproj
+        return import_module("pyproj")
     except ImportError:
         raise MissingLibrary(f"needs pyproj to be placed on the planet: {MAPS}") from None
-    return pyproj
 
 
 def code_of(keys: Table, name: str) -> int:
@@ -76,8 +76,6 @@ def _angle_unit_deg(keys: Table) -> float:
 
 
 def _unit(code: Any, category: str, name: str) -> float:
-    from importlib import import_module
-
     pyproj_or_error()
     for unit in import_module("pyproj.database").get_units_map(auth_name="EPSG", category=category).values():
         if unit.code == str(code):

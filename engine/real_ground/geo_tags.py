@@ -14,7 +14,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .found import MAPS, MissingLibrary, TileError
 
@@ -56,16 +56,17 @@ class GeoHeader:
         a, b, _, d, e, _ = self.matrix
         return b == 0.0 and d == 0.0 and a > 0.0 and e < 0.0
 
-    def model(self, column: Floats, row: Floats) -> tuple[Floats, Floats]:
+    def model(self, column: ArrayLike, row: ArrayLike) -> tuple[Floats, Floats]:
         """Coordinates of pixels, 0 in the middle of the first one."""
         a, b, c, d, e, f = self.matrix
+        column, row = np.asarray(column, np.float64), np.asarray(row, np.float64)
         return a * column + b * row + c, d * column + e * row + f
 
-    def pixel(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    def pixel(self, x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
         """The inverse of `model`; not finite where coordinates aren't."""
         a, b, c, d, e, f = self.matrix
         with np.errstate(invalid="ignore"):
-            x, y, area = x - c, y - f, a * e - b * d
+            x, y, area = np.asarray(x) - c, np.asarray(y) - f, a * e - b * d
             return (e * x - b * y) / area, (a * y - d * x) / area
 
 
@@ -144,11 +145,11 @@ def _matrix(file: Path, tags: dict[str, Any]) -> Matrix:
             )
         return step_x, 0.0, x + (half - i) * step_x, 0.0, -step_y, y - (half - j) * step_y
     if whole is None:
-        many = ties is not None and np.size(ties) > 6
+        count = 0 if ties is None else np.size(ties) // 6
         raise TileError(
-            f"{file} has tie points alone, {np.size(ties) // 6} of them; expected ModelPixelScale or "
+            f"{file} has tie points alone, {count} of them; expected ModelPixelScale or "
             f"ModelTransformation, too: {WARP_LINE}"
-            if many
+            if count > 1
             else f"{file} doesn't say where it is (ModelPixelScale and ModelTiepoint, or ModelTransformation, are "
             "missing): write it as a GeoTIFF, such as with gdal_translate -a_ullr"
         )

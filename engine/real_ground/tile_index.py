@@ -81,8 +81,8 @@ class TileSet:
         last = self.where[number, :2] + self.where[number, 2:]
         found = sorted(k for b in (-1, 0, 1) for a in (-1, 0, 1) for k in cells.get((i + a, j + b), ()) if k != number)
         where = self.where[found].reshape(-1, 4)
-        near = ((where[:, :2] <= last) & (where[:, :2] + where[:, 2:] > first)).all(axis=1)
-        return [k for k, touches in zip(found, near.tolist(), strict=True) if touches]
+        near = np.all((where[:, :2] <= last) & (where[:, :2] + where[:, 2:] > first), axis=1)
+        return [found[k] for k in np.flatnonzero(near)]
 
     @property
     def samples(self) -> int:

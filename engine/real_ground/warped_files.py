@@ -73,7 +73,7 @@ def file_grid(file: Path) -> FileGrid:
     """What a file's header says. TileError says what is wrong."""
     header = geo_header(file)
     system = system_of(file, header)
-    x, y = (float(v) for v in header.model(np.float64(0.5 * header.columns), np.float64(0.5 * header.rows)))
+    x, y = (float(v) for v in header.model(0.5 * header.columns, 0.5 * header.rows))
     accuracy_m = system.accuracy_m(x, y)
     note = system.name if accuracy_m is None else f"{system.name}, known to {max(accuracy_m, 0.01):.2g} m"
     a, b, c, d, e, f = header.matrix
@@ -89,7 +89,7 @@ def pixel_shift(header: GeoHeader, other: GeoHeader) -> tuple[int, int] | None:
         return None
     if not np.allclose(header.matrix[3:5], other.matrix[3:5], rtol=1e-6, atol=0.0):
         return None
-    at = np.array(header.pixel(np.float64(other.matrix[2]), np.float64(other.matrix[5])))
+    at = np.array(header.pixel(other.matrix[2], other.matrix[5]))
     whole = np.rint(at)
     return (int(whole[0]), int(whole[1])) if np.abs(at - whole).max() < _SAME else None
 
