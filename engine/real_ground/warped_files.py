@@ -75,7 +75,7 @@ def file_grid(file: Path) -> FileGrid:
     system = system_of(file, header)
     x, y = (float(v) for v in header.model(0.5 * header.columns, 0.5 * header.rows))
     accuracy_m = system.accuracy_m(x, y)
-    note = system.name if accuracy_m is None else f"{system.name}, known to {max(accuracy_m, 0.01):.2g} m"
+    note = f"{system.name}, known to {accuracy_m:.2g} m" if accuracy_m else system.name
     a, b, c, d, e, f = header.matrix
     column, row = np.rint(np.linalg.solve([[a, b], [d, e]], [c, f])).astype(int).tolist()
     steps = tuple(float(f"{v:.6g}") for v in (a, b, d, e))
