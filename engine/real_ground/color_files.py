@@ -1,20 +1,24 @@
 """Single tiles of pictures of the ground: colours as files hold them, and what is a gap in them.
 
 PNG and JPEG by zoom/x/y (12/2138/1443.jpg), 256 or 512 pixels, and GeoTIFFs of grey or red, green and blue, of 8 or 16
-bits, in degrees or in EPSG:3857. Where they lie tile_files.find_tile says. Transparent pixels are gaps, and so are
-those all of whose channels hold a GeoTIFF's GDAL_NODATA.
+bits. Where they lie tile_files.find_tile says. Transparent pixels are gaps, and so are those all of whose channels hold
+a GeoTIFF's GDAL_NODATA.
 """
 
 from __future__ import annotations
 
-import contextlib
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .tile_files import Found, TileError, page_values, tifffile_or_error
+from .found import Found, TileError
+from .geo_tags import nodata_of, tifffile_or_error
+from .tiff_parts import tiff_parts
+from .tile_files import page_values
+from .warped_files import warped_colors
 
 __all__ = ["read_color_tile"]
 
@@ -25,7 +29,7 @@ def read_color_tile(file: Path, found: Found) -> Pixels:
     """Red, green and blue as files hold them (sRGB), and 255 where there is a pixel, 0 in gaps: (rows, columns, 4).
     TileError says what is wrong."""
     try:
-        values = _read_tiff(file) if file.suffix.lower() in (".tif", ".tiff") else _read_picture(file)
+        values = _read_tiff(file, found) if file.suffix.lower() in (".tif", ".tiff") else _read_picture(file)
     except TileError:
         raise
     except Exception as error:  # decoders raise whatever theirs do
@@ -48,30 +52,37 @@ def _read_picture(file: Path) -> Pixels:
     return np.concatenate([array[..., :3], np.where(array[..., 3:] < 128, 0, 255).astype(np.uint8)], axis=2)
 
 
-def _read_tiff(file: Path) -> Pixels:
+def _read_tiff(file: Path, found: Found) -> Pixels:
+    if found.warped:
+        parts = tiff_parts(file)
+        _check_kind(file, parts.photometric)
+        return warped_colors(file, found, partial(_four_of, file, nodata=nodata_of(parts.page)))
     with tifffile_or_error().TiffFile(file) as tiff:
         page = tiff.pages[0]
         values = page_values(file, page)
-        tag, kind = page.tags.get("GDAL_NODATA"), int(page.photometric)
-        planes = int(page.planarconfig) == 2
-    if kind not in (1, 2, 6):
-        raise TileError(
-            f"{file} holds no red, green and blue (photometric interpretation {kind}); write it anew with "
-            "gdal_translate -expand rgb"
-        )
+        nodata, planes = nodata_of(page), int(page.planarconfig) == 2
+        _check_kind(file, int(page.photometric))
     if values.ndim == 2:
         values = values[..., None]
     elif planes:
         values = np.moveaxis(values, 0, -1)
+    return _four_of(file, values, nodata)
+
+
+def _check_kind(file: Path, photometric: int) -> None:
+    if photometric not in (1, 2, 6):
+        raise TileError(
+            f"{file} holds no red, green and blue (photometric interpretation {photometric}); write it anew with "
+            "gdal_translate -expand rgb"
+        )
+
+
+def _four_of(file: Path, values: NDArray[Any], nodata: float | None) -> Pixels:
     if values.shape[2] > 4:
         raise TileError(
             f"{file} has {values.shape[2]} channels; expected grey, or red, green and blue: choose three with "
             "gdal_translate -b 1 -b 2 -b 3"
         )
-    nodata = None
-    if tag is not None:
-        with contextlib.suppress(ValueError):
-            nodata = float(str(tag.value).strip("\x00 "))
     try:
         return _four(values, nodata)
     except ValueError as error:

@@ -141,10 +141,13 @@ class ColorLevel:
         if lattice.mercator or lattice.period < 8:
             return
         last = int(np.ceil(lattice.down - lattice.phase_y)) - 1
+        there = {j for j, _ in self.blocks}
         for k in range(min(_POLAR_ROWS, last // 2)):
             wide = int(lattice.across / (2.0 * np.pi * max(k + lattice.phase_y, 0.25)))
             reach = min(wide // 2, (lattice.period - 1) // 2)
             for row in (k, last - k):
+                if row // SIDE not in there:
+                    continue
                 pixels = self.window(row, 0, 1, lattice.period)[0]
                 if reach < 1 or not pixels[:, 3].any():
                     continue

@@ -20,8 +20,8 @@ from .color_ground import SLOT, ColorGround, ColorPages, ColorSet, pages_of_colo
 from .color_level import SIDE, ColorLevel, decoded, pixel_factor
 from .color_margins import MARGIN, with_margins
 from .color_unlit import Relief, take_out_sun
+from .found import Found, TileError, pieces
 from .kept_colors import KeptColors
-from .tile_files import Found, TileError
 from .tile_folders import COLORS
 from .tile_index import TileSet, open_tiles, tiles_stamp
 
@@ -162,14 +162,15 @@ def read_pixels(
     for number in range(len(tiles)):
         file, where = tiles.tile(number)
         try:
-            pixels = convert(read_color_tile(file, where))
+            for piece in pieces(where):
+                pixels = convert(read_color_tile(file, piece))
+                if factor == 1:
+                    level.place(pixels, piece.column, piece.row)
+                else:
+                    _add(level, pixels, piece, factor)
         except (TileError, OSError) as error:
             log.warning("%s: %s (left out)", what, error)
             continue
-        if factor == 1:
-            level.place(pixels, where.column, where.row)
-        else:
-            _add(level, pixels, where, factor)
         if report is not None:
             report(number + 1)
     if factor > 1:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .color_files import read_color_tile
+from .found import TileError, middle_piece, pieces
 from .survey import SetFacts, begin_survey, draw_tile
-from .tile_files import TileError
 from .tile_folders import COLORS, HEIGHTS, tile_folders
 from .tile_index import TileSet, first_tiles
 
@@ -28,7 +28,7 @@ def kind_of(path: str) -> str:
         return HEIGHTS
     for file, where in (found for folder in folders for found in first_tiles(folder)):
         try:
-            pixels = read_color_tile(file, where)
+            pixels = read_color_tile(file, middle_piece(where))
         except (TileError, OSError):
             continue
         grey = bool((pixels[..., 0] == pixels[..., 2]).all())
@@ -51,15 +51,17 @@ def color_survey(
         for number in range(len(facts.tiles)):
             file, where = facts.tiles.tile(number)
             try:
-                pixels = read_color_tile(file, where)
+                for piece in pieces(where):
+                    pixels = read_color_tile(file, piece)
+                    there = pixels[..., 3] > 0
+                    facts.count(file, piece, there)
+                    if picture is not None:
+                        at = piece.column, piece.row
+                        draw_tile(picture, facts.tiles, pixels[..., :3], there, at, corner, scale)
+                facts.see(file, where)
             except (TileError, OSError) as error:
                 facts.broken.append(str(error))
                 continue
-            there = pixels[..., 3] > 0
-            facts.samples += there.size
-            facts.voids += int(there.size - there.sum())
-            if picture is not None:
-                draw_tile(picture, facts.tiles, pixels[..., :3], there, (where.column, where.row), corner, scale)
             done += 1
             if progress is not None:
                 progress(done, total)

@@ -12,13 +12,14 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from .found import TileError, pieces
 from .kept_ground import Keeper
 from .page_levels import levels_of
 from .pages import SLOT, PageLevel
 from .raw_level import BLOCK, RawLevel, factor_of
 from .real_ground import RealGround
 from .streamed_ground import KeptStream, SetLevels, StreamedGround, ground_of, levels_in_memory, read_set
-from .tile_files import TileError, read_tile
+from .tile_files import read_tile
 from .tile_index import TileSet, open_tiles, tiles_stamp
 from .water_mask import water_of
 
@@ -220,18 +221,19 @@ def _read(plan: _Plan, number_of_set: int, what: str, report: Callable[[int], No
     for number in range(first, len(tiles)):
         file, where = tiles.tile(number)
         try:
-            values = read_tile(file, where, tiles.folder.png)
+            for piece in pieces(where):
+                values = read_tile(file, piece, tiles.folder.png)
+                if tiles.folder.geoid_m:
+                    values = values + np.float32(tiles.folder.geoid_m)
+                if water is not None:
+                    values = water.lowered(values, piece)
+                if factor == 1:
+                    found.place(values, piece.column, piece.row)
+                else:
+                    found.add(*_blocks(values, piece.column, piece.row, factor))
         except (TileError, OSError) as error:
             log.warning("%s: %s (left out)", what, error)
             continue
-        if tiles.folder.geoid_m:
-            values = values + np.float32(tiles.folder.geoid_m)
-        if water is not None:
-            values = water.lowered(values, where)
-        if factor == 1:
-            found.place(values, where.column, where.row)
-        else:
-            found.add(*_blocks(values, where.column, where.row, factor))
         report(number + 1)
         if keeper is not None:
             keeper.keep(number_of_set, number + 1, found)

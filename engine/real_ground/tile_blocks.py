@@ -6,59 +6,31 @@ As RawLevel has them, sample by sample, but only those asked for last are in mem
 from __future__ import annotations
 
 import logging
-from collections import OrderedDict
 from collections.abc import Callable
-from threading import Lock
-from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .found import Found, TileError
 from .lattice import Lattice
+from .least_used import LeastUsed
 from .raw_level import BLOCK, RawLevel, coarser_block
-from .tile_files import Found, TileError, read_part, read_tile
+from .tile_files import read_part, read_tile
 from .tile_index import TileSet
 from .water_mask import water_of
 
-__all__ = ["SUPER", "LeastUsed", "MeansBlocks", "TileBlocks"]
+__all__ = ["SUPER", "MeansBlocks", "TileBlocks"]
 
 log = logging.getLogger(__name__)
 
 Heights = NDArray[np.float32]
 Ints = NDArray[np.int64]
-K = TypeVar("K")
-V = TypeVar("V")
 
 SUPER = 4
 """Blocks a side of the squares that tiles are listed by."""
 _BLOCKS_KEPT = 160
 """9 MB a level: a few squares of pages, with those around."""
 _DECODED_BYTES = 64 << 20
-
-
-class LeastUsed(Generic[K, V]):
-    """What was asked for last, up to `most` in all. size: of a value. Several threads may make the same value."""
-
-    def __init__(self, most: int, make: Callable[[K], V], size: Callable[[V], int] = lambda value: 1) -> None:
-        self._most, self._make, self._size = most, make, size
-        self._held: OrderedDict[K, V] = OrderedDict()
-        self._taken = 0
-        self._lock = Lock()
-
-    def get(self, key: K) -> V:
-        """The value, made anew if it is gone."""
-        with self._lock:
-            if key in self._held:
-                self._held.move_to_end(key)
-                return self._held[key]
-        value = self._make(key)
-        with self._lock:
-            if key not in self._held:
-                self._held[key] = value
-                self._taken += self._size(value)
-            while self._taken > self._most and len(self._held) > 1:
-                self._taken -= self._size(self._held.popitem(last=False)[1])
-        return value
 
 
 class _Blocks(RawLevel):

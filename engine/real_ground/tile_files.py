@@ -2,27 +2,30 @@
 
 - `.hgt` (SRTM): N46E007.hgt, one degree, big-endian 16 bits, -32768 is a void. Rows and columns lie on the degree's
   lines, 3601 x 3601 for 1 arc second.
-- GeoTIFF in degrees or in EPSG:3857, read through tifffile (extra `maps`). Pixels are areas unless the file says that
-  they are points; GDAL_NODATA and numbers that are not finite are voids.
+- GeoTIFF, read through tifffile (extra `maps`). Pixels are areas unless the file says that they are points; GDAL_NODATA
+  and numbers that are not finite are voids. Samples of files in degrees and in EPSG:3857 are used as they are, those in
+  other coordinate systems are interpolated at a lattice of degrees (warp_lattice.py, warp.py).
 - PNG by zoom/x/y (12/2138/1443.png), 256 or 512 pixels: heights in red, green and blue.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from types import ModuleType
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..settings import SettingError
+from .found import MAPS, Found, TileError
+from .geo_system import System, plain_kind, system_of
+from .geo_tags import GeoHeader, geo_header, tifffile_or_error
 from .lattice import MERCATOR_SIDE_M, Lattice
+from .tile_numbers import believed, plain_heights
+from .warp_lattice import warped_place
+from .warped_files import warped_heights
 
 __all__ = [
     "ENDINGS",
@@ -33,7 +36,6 @@ __all__ = [
     "page_values",
     "read_part",
     "read_tile",
-    "tifffile_or_error",
 ]
 
 Heights = NDArray[np.float32]
@@ -41,13 +43,6 @@ Heights = NDArray[np.float32]
 ENDINGS = (".hgt", ".tif", ".tiff", ".png")
 _HGT_VOID = -32768
 _NAME = re.compile(r"([NS])(\d{1,2})_?([EW])(\d{1,3})", re.IGNORECASE)
-_LOWEST_M, _HIGHEST_M = -1.2e4, 1e5
-"""Heights beyond are voids that a file forgot to name: no trench is deeper, and no mountain known is higher."""
-MAPS = "pip install 'planetfall[maps]'"
-
-
-class TileError(SettingError):
-    """A tile that can't be used: what, where, expected, found, and what to do."""
 
 
 def _terrain_rgb(rgb: NDArray[Any]) -> NDArray[np.float64]:
@@ -65,17 +60,6 @@ PNG_CODES: dict[str, Callable[[NDArray[Any]], NDArray[np.float64]]] = {
     "terrarium": _terrarium,
 }
 """What red, green and blue of a tile say."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """A tile: its lattice, its first sample there (column, row), and how many columns and rows it has."""
-
-    lattice: Lattice
-    column: int
-    row: int
-    columns: int
-    rows: int
 
 
 def find_tile(file: Path, inside: PurePosixPath, size_bytes: int) -> Found:
@@ -124,26 +108,20 @@ def read_tile(file: Path, found: Found, png: str = "terrain-rgb") -> Heights:
             f"{file} holds {values.shape[1]} x {values.shape[0]} samples; expected {found.columns} x {found.rows}: "
             "fetch it again, or remove it"
         )
-    return _believed(values)
-
-
-def _believed(values: NDArray[Any]) -> Heights:
-    with np.errstate(invalid="ignore"):
-        bad = ~((values >= _LOWEST_M) & (values <= _HIGHEST_M))
-    if bad.any():
-        values = np.where(bad, np.nan, values)
-    return values.astype(np.float32, copy=False)
+    return believed(values).astype(np.float32, copy=False)
 
 
 def read_part(file: Path, found: Found, rows: slice, columns: slice) -> Heights | None:
     """As read_tile, of some rows and columns; None for files that have to be decoded whole."""
+    if found.warped:
+        return read_tile(file, found.window(rows, columns))
     if file.suffix.lower() != ".hgt":
         return None
     try:
         values = np.memmap(file, dtype=">i2", mode="r", shape=(found.rows, found.columns))[rows, columns]
     except (OSError, ValueError) as error:
         raise TileError(f"{file} can't be read: {error}; is it whole? Fetch it again, or remove it") from error
-    return _believed(_hgt_heights(values))
+    return believed(_hgt_heights(values)).astype(np.float32, copy=False)
 
 
 def _degrees(west: float, north: float, step_x: float, step_y: float, columns: int, rows: int) -> Found:
@@ -220,53 +198,33 @@ def _read_png(file: Path, found: Found, png: str) -> NDArray[Any]:
     return np.where(array[..., 3] == 0, np.nan, heights)
 
 
-def tifffile_or_error() -> ModuleType:
-    """The module. TileError without it."""
-    try:
-        import tifffile
-    except ImportError:
-        raise TileError(f"GeoTIFF needs tifffile: {MAPS}") from None
-    return tifffile
-
-
 def _find_tiff(file: Path) -> Found:
-    tifffile = tifffile_or_error()
-    try:
-        with tifffile.TiffFile(file) as tiff:
-            page = tiff.pages[0]
-            rows, columns = page.imagelength, page.imagewidth
-            tags = dict(page.geotiff_tags or {})
-    except Exception as error:
-        raise TileError(f"{file} can't be read: {error}; is it whole? Fetch it again, or remove it") from error
-    scale, ties = tags.get("ModelPixelScale"), tags.get("ModelTiepoint")
-    if scale is None or ties is None:
-        raise TileError(
-            f"{file} doesn't say where it is (ModelPixelScale and ModelTiepoint are missing): write it as a GeoTIFF, "
-            "such as with gdal_translate -a_ullr"
+    header = geo_header(file)
+    kind = plain_kind(header.keys)
+    a, _, x, _, e, y = header.matrix
+    if kind == "degrees" and header.upright:
+        return _degrees(x, y, a, -e, header.columns, header.rows)
+    if kind == "mercator" and header.upright:
+        side = MERCATOR_SIDE_M
+        across, down = side / a, -side / e
+        return _placed(
+            True, across, down, (x / side + 0.5) * across, (0.5 - y / side) * down, header.columns, header.rows
         )
-    i, j, _, x, y, _ = (float(v) for v in np.ravel(ties)[:6])
-    step_x, step_y = float(scale[0]), float(scale[1])
-    if not all(math.isfinite(v) for v in (i, j, x, y)) or not all(0.0 < v < math.inf for v in (step_x, step_y)):
-        raise TileError(
-            f"{file}: its first pixel is at ({x:g}, {y:g}), pixels are {step_x:g} x {step_y:g}; expected numbers, and "
-            "pixels above 0, rows from north to south: write it anew with gdalwarp -t_srs EPSG:4326 -r cubic"
-        )
-    # The place of the first sample's middle.
-    first = 0.0 if int(tags.get("GTRasterTypeGeoKey", 1)) == 2 else 0.5
-    x, y = x + (first - i) * step_x, y - (first - j) * step_y
-    if int(tags.get("GTModelTypeGeoKey", 2)) == 2:
-        return _degrees(x, y, step_x, step_y, columns, rows)
-    code = int(tags.get("ProjectedCSTypeGeoKey", 0))
-    if code != 3857:
-        raise TileError(
-            f"{file} is in the projection EPSG:{code}; expected degrees (EPSG:4326) or EPSG:3857: write it anew with "
-            "gdalwarp -t_srs EPSG:4326 -r cubic"
-        )
-    side = MERCATOR_SIDE_M
-    return _placed(
-        True, side / step_x, side / step_y, (x / side + 0.5) * side / step_x, (0.5 - y / side) * side / step_y, columns,
-        rows,
-    )  # fmt: skip
+    system = system_of(file, header)
+    if system.geographic and header.upright and _unmoved(header, system):
+        return _degrees(x, y, a, -e, header.columns, header.rows)
+    return warped_place(file, header, system)
+
+
+def _unmoved(header: GeoHeader, system: System) -> bool:
+    """Whether a system's angles are the map's degrees, to a thousandth of a pixel."""
+    j, i = (v.ravel() for v in np.meshgrid(*(np.linspace(0.0, n - 1.0, 3) for n in (header.rows, header.columns))))
+    x, y = header.model(i, j)
+    longitude, latitude = system.place(x, y)
+    a, e = header.matrix[0], header.matrix[4]
+    with np.errstate(invalid="ignore"):
+        turned = (longitude - x + 180.0) % 360.0 - 180.0
+        return bool((np.abs(turned / a) < 1e-3).all() and (np.abs((latitude - y) / e) < 1e-3).all())
 
 
 class Page(Protocol):
@@ -286,14 +244,10 @@ def page_values(file: Path, page: Page) -> NDArray[Any]:
 
 
 def _read_tiff(file: Path, found: Found, png: str) -> NDArray[Any]:
+    if found.warped:
+        return warped_heights(file, found)
     with tifffile_or_error().TiffFile(file) as tiff:
-        page = tiff.pages[0]
-        values = page_values(file, page)
-        tag = page.tags.get("GDAL_NODATA")
+        values = page_values(file, tiff.pages[0])
     if values.ndim != 2:
         raise TileError(f"{file} has {values.shape[-1]} channels; expected one: heights in metres")
-    heights = values.astype(np.float64)
-    if tag is not None:
-        with contextlib.suppress(ValueError):
-            heights[values == float(str(tag.value).strip("\x00 "))] = np.nan
-    return heights
+    return plain_heights(file, geo_header(file), values)

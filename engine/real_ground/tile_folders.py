@@ -28,7 +28,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .tile_files import ENDINGS, PNG_CODES, TileError
+from .found import TileError
+from .tile_files import ENDINGS, PNG_CODES
 
 __all__ = ["COLORS", "HEIGHTS", "PICTURES", "WATER", "TileFolder", "tile_folders"]
 

@@ -12,6 +12,8 @@ import logging
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -19,8 +21,9 @@ from numpy.typing import NDArray
 
 from ..surface.cube_map import FACES
 from ..table_cache import TableCache
+from .found import Found, MissingLibrary, TileError
 from .lattice import Lattice
-from .tile_files import ENDINGS, Found, TileError, find_tile
+from .tile_files import ENDINGS, find_tile
 from .tile_folders import HEIGHTS, PICTURES, TileFolder, tile_folders
 
 __all__ = ["TileSet", "first_tiles", "folder_sets", "folder_stamp", "is_tiles", "open_tiles", "tiles_stamp"]
@@ -29,28 +32,57 @@ log = logging.getLogger(__name__)
 
 Ints = NDArray[np.int64]
 
-_FORMAT = 2
+_FORMAT = 3
 """Of the kept index; another number forgets what older ones kept."""
+_WARPED = 1
+"""Of how files in other coordinate systems are read."""
 
 
 @dataclass(frozen=True, eq=False)
 class TileSet:
     """Tiles with the same lattice.
 
-    names: of the files, from the folder. where: (N, 4) first column and row, columns and rows of each.
+    names: of the files, from the folder. where: (N, 4) first column and row, columns and rows of each. warped: (N,)
+    which have samples of their own, in another coordinate system.
     """
 
     folder: TileFolder
     lattice: Lattice
     names: list[str]
     where: Ints
+    warped: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.names)
 
     def tile(self, number: int) -> tuple[Path, Found]:
         column, row, columns, rows = (int(v) for v in self.where[number])
-        return self.folder.folder / self.names[number], Found(self.lattice, column, row, columns, rows)
+        file = self.folder.folder / self.names[number]
+        if not self.warped[number]:
+            return file, Found(self.lattice, column, row, columns, rows)
+        beside = tuple(self.folder.folder / self.names[k] for k in self._beside(number))
+        return file, Found(self.lattice, column, row, columns, rows, True, beside)
+
+    @cached_property
+    def _cells(self) -> tuple[Ints, dict[tuple[int, int], list[int]]]:
+        """Warped tiles by squares as wide as the largest of them, and its sides."""
+        numbers = np.flatnonzero(self.warped)
+        side = self.where[numbers, 2:].max(axis=0) + 2
+        found: dict[tuple[int, int], list[int]] = {}
+        for number, (i, j) in zip(numbers.tolist(), (self.where[numbers, :2] // side).tolist(), strict=True):
+            found.setdefault((i, j), []).append(number)
+        return side, found
+
+    def _beside(self, number: int) -> list[int]:
+        """Warped tiles that touch this one, or lie over it. None across the date line, where they just go on."""
+        side, cells = self._cells
+        i, j = (int(v) for v in self.where[number, :2] // side)
+        first = self.where[number, :2] - 1
+        last = self.where[number, :2] + self.where[number, 2:]
+        found = sorted(k for b in (-1, 0, 1) for a in (-1, 0, 1) for k in cells.get((i + a, j + b), ()) if k != number)
+        where = self.where[found].reshape(-1, 4)
+        near = np.all((where[:, :2] <= last) & (where[:, :2] + where[:, 2:] > first), axis=1)
+        return [found[k] for k in np.flatnonzero(near)]
 
     @property
     def samples(self) -> int:
@@ -58,11 +90,27 @@ class TileSet:
         return int((self.where[:, 2] * self.where[:, 3]).sum())
 
     def bounds_deg(self) -> tuple[float, float, float, float]:
-        """South, west, north, east of all samples."""
-        first, last = self.where[:, :2], self.where[:, :2] + self.where[:, 2:] - 1
+        """South, west, north, east of all samples, the shorter way around: east of the date line is above 180."""
+        first, last = self.turned[:, :2], self.turned[:, :2] + self.where[:, 2:] - 1
         north, west = self.lattice.place(first[:, 0].min(), first[:, 1].min())
         south, east = self.lattice.place(last[:, 0].max(), last[:, 1].max())
-        return float(south), float(west), float(north), float(east)
+        turn = 360.0 * np.floor((west + 180.0) / 360.0)
+        return float(south), float(west - turn), float(north), float(east - turn)
+
+    @cached_property
+    def turned(self) -> Ints:
+        """As `where`, with columns counted on from the widest gap between tiles around the world."""
+        around, found = self.lattice.across, self.where.copy()
+        start = np.mod(found[:, 0], around)
+        order = np.argsort(start, kind="stable")
+        start, end = start[order], start[order] + found[order, 2]
+        reached = np.maximum.accumulate(np.maximum(end, end.max() - around))
+        gaps = np.append(start[1:], start[0] + around) - reached
+        widest = int(gaps.argmax())
+        first = 0 if gaps[widest] <= max(gaps[-1], 0.5) else widest + 1
+        if gaps[widest] > 0.5 or first:
+            found[order, 0] = np.rint(start - around * ((np.arange(len(order)) >= first) & (first > 0)))
+        return found
 
 
 def is_tiles(path: str) -> bool:
@@ -165,10 +213,10 @@ def open_tiles(
     if not sets:
         raise TileError(
             f"{what}: {path} has no tile of elevation; expected {', '.join(ENDINGS)} files: SRTM tiles such as "
-            "N46E007.hgt, GeoTIFFs in degrees, or PNG by zoom/x/y"
+            "N46E007.hgt, GeoTIFFs, or PNG by zoom/x/y"
             if kind == HEIGHTS
             else f"{what}: {path} has no tile of a picture; expected {', '.join(PICTURES)} files: PNG or JPEG by "
-            "zoom/x/y, such as 12/2138/1443.jpg, or GeoTIFFs in degrees"
+            "zoom/x/y, such as 12/2138/1443.jpg, or GeoTIFFs"
         )
     return sorted(sets, key=lambda found: found.lattice.step_deg)
 
@@ -182,8 +230,11 @@ def first_tiles(folder: TileFolder) -> Iterator[tuple[Path, Found]]:
 
 
 def folder_stamp(folder: TileFolder) -> tuple[object, ...]:
-    """What tells whether a folder has changed."""
-    return folder, _Listing.of(folder.folder, folder.endings).digest()
+    """What tells whether a folder has changed, or what can be read of it."""
+    listing = _Listing.of(folder.folder, folder.endings)
+    if not any(name.lower().endswith((".tif", ".tiff")) for name in listing.names):
+        return folder, listing.digest()
+    return folder, listing.digest(), _WARPED, *(find_spec(name) is not None for name in ("tifffile", "pyproj"))
 
 
 def folder_sets(
@@ -192,14 +243,14 @@ def folder_sets(
     """The sets of a single folder."""
     listing = _Listing.of(folder.folder, folder.endings)
     kept = _Kept(folder.folder, "" if folder.kind == HEIGHTS else "pictures")
-    lattices, numbers, where, broken = kept.look(listing, progress)
+    lattices, numbers, where, warped, broken = kept.look(listing, progress)
     for name, message in () if quiet else broken:
         log.warning("%s: %s (left out)", what or name, message)
     sets = []
     for number, lattice in enumerate(lattices):
         at = np.flatnonzero(numbers == number)
         if len(at):
-            sets.append(TileSet(folder, lattice, [listing.names[i] for i in at], where[at]))
+            sets.append(TileSet(folder, lattice, [listing.names[i] for i in at], where[at], warped[at]))
     return sets
 
 
@@ -214,11 +265,12 @@ class _Kept:
 
     def look(
         self, listing: _Listing, progress: Callable[[int, int], None] | None
-    ) -> tuple[list[Lattice], Ints, Ints, list[tuple[str, str]]]:
-        """Lattices; of each file its number among them, -1 where it is broken, and (N, 4) where it is; what is wrong
-        with the broken ones, (name, message)."""
+    ) -> tuple[list[Lattice], Ints, Ints, NDArray[np.bool_], list[tuple[str, str]]]:
+        """Lattices; of each file its number among them, -1 where it is broken, (N, 4) where it is, and whether it is
+        warped; what is wrong with the broken ones, (name, message)."""
         count = len(listing.names)
         lattices, numbers, where, messages = self._known(listing)
+        later: list[int] = []
         new = np.flatnonzero(numbers == -2)
         for done, i in enumerate(new.tolist()):
             name = listing.names[i]
@@ -227,21 +279,26 @@ class _Kept:
             except TileError as error:
                 numbers[i] = -1
                 messages[name] = str(error)
+                if isinstance(error, MissingLibrary):
+                    later.append(i)
             else:
                 numbers[i] = _number(lattices, found.lattice)
-                where[i] = found.column, found.row, found.columns, found.rows
+                where[i] = found.column, found.row, found.columns, found.rows, found.warped
+                messages.pop(name, None)
             if progress is not None and done % 256 == 255:
                 progress(done + 1, len(new))
         if len(new):
-            self._write(listing, lattices, numbers, where, messages)
+            kept = numbers.copy()
+            kept[later] = -2  # until the library is there
+            self._write(listing, lattices, kept, where, messages)
         if progress is not None and len(new):
             progress(len(new), len(new))
         assert len(numbers) == count
-        return lattices, numbers, where, sorted(messages.items())
+        return lattices, numbers, where[:, :4], where[:, 4] > 0, sorted(messages.items())
 
     def _known(self, listing: _Listing) -> tuple[list[Lattice], Ints, Ints, dict[str, str]]:
         count = len(listing.names)
-        nothing = [], np.full(count, -2, np.int64), np.zeros((count, 4), np.int64), {}
+        nothing = [], np.full(count, -2, np.int64), np.zeros((count, 5), np.int64), {}
         if self._file is None:
             return nothing
         try:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .tile_files import TileError
+from .found import TileError
 
 __all__ = ["DEFAULT_WIDTH_M", "Course", "Patch", "VectorMap", "vector_map", "vector_stamp"]
 

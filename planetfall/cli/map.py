@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -37,7 +38,8 @@ def info_command(
     GeoJSON file of water and forests does: features by kind, extent, and what is ignored and why.
 
     apart: samples, at the equator of the Earth. voids: samples without a height, pixels that show nothing. missing:
-    tiles that the bounds have room for and that are not there.
+    tiles that the bounds have room for and that are not there. in: coordinate systems of files, how many are in each,
+    and how well PROJ knows the way from there to WGS84.
 
     Parameters
     ----------
@@ -47,7 +49,7 @@ def info_command(
         Of the picture's longer side.
     output
         A picture, PNG, in degrees, of pictures or of the heights lit from the north-west; where there are none it is
-        dark blue.
+        dark blue. What lies on both sides of the date line is shown with that in the middle.
     """
     from ..engine.real_ground.color_survey import color_survey, kind_of
     from ..engine.real_ground.survey import survey
@@ -75,15 +77,20 @@ def info_command(
         else:
             found, picture = color_survey(sets, longest_px, progress)
     table = Table("tiles", "apart", "south to north", "west to east", what, "voids", "missing", box=None)
+    systems: Counter[tuple[str, str]] = Counter()
     for facts in found:
         south, west, north, east = facts.bounds_deg
+        systems += facts.systems
         lattice = facts.tiles.lattice
+        east -= 360.0 if east > 180.0 else 0.0
         table.add_row(
             f"{len(facts.tiles):,}", _apart(lattice.sample_m(_SEA_LEVEL_RADIUS_M)), f"{south:.3f} to {north:.3f}",
             f"{west:.3f} to {east:.3f}", _values(facts, what), f"{100.0 * facts.voids / max(facts.samples, 1):.2f} %",
             f"{facts.missing:,}",
         )  # fmt: skip
     console.print(table)
+    for (label, note), count in sorted(systems.items()):
+        console.print(f"in {label}: {count:,}" + (f" ({note})" if note else ""), markup=False, soft_wrap=True)
     for facts in found:
         for message in facts.broken:
             console.print(f"broken: {message}", markup=False, soft_wrap=True)

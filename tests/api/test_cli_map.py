@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from countries import hgt_samples, write_country, write_fields, write_hgt, write_png_tile
+from geotiffs import of_code, write_geotiff
 from PIL import Image
 from vector_kit import feature, polygon, write_map
 
@@ -48,6 +49,56 @@ def test_info_says_and_draws(folder, tmp_path, capsys):
         assert words in said, said
     with Image.open(out) as picture:
         assert picture.size == (90, 60) and np.asarray(picture)[15, 45, 2] > np.asarray(picture)[15, 45, 0]
+
+
+def test_info_goes_the_shorter_way_around(tmp_path, monkeypatch, capsys):
+    """Four degrees at the date line are four degrees, whichever set is on which side."""
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    write_country(tmp_path / "t", 10, 178, 1, 4, 31)
+    write_country(tmp_path / "t", 10, -178, 1, 1, 61)
+    sets = open_tiles(str(tmp_path / "t"), "map")
+    found, picture = survey(sets, 100)
+    for facts in found:
+        south, west, north, east = facts.bounds_deg
+        assert (round(south, 6), round(north, 6)) == (10.0, 11.0)
+        assert (round(west, 6), round(east, 6)) == ((178.0, 182.0) if len(facts.tiles) == 4 else (-178.0, -177.0))
+        assert facts.missing == 0
+    assert picture is not None and picture.shape == (20, 100) and not np.isnan(picture[1:-1, 1:-1]).any()
+    jumps = np.abs(np.diff(picture[10]))
+    assert jumps.max() < 5.0 * np.median(jumps) + 10.0
+    out = tmp_path / "map.png"
+    assert main(["map", "info", str(tmp_path / "t"), "-o", str(out), "--width-px", "100"]) == 0
+    said = capsys.readouterr().out
+    assert "178.000 to" in said and "182.000" not in said and "-177.000" in said
+    with Image.open(out) as shown:
+        assert shown.size == (100, 20)
+
+
+def test_a_map_of_all_the_planet_is_shown_whole(tmp_path, monkeypatch):
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    write_country(tmp_path / "t", 0, -180, 1, 360, 3)
+    (facts,), picture = survey(open_tiles(str(tmp_path / "t"), "map"), 360)
+    np.testing.assert_allclose(facts.bounds_deg, (0.0, -180.0, 1.0, 180.0), atol=1.0)
+    assert picture is not None and picture.shape[1] >= 359 and facts.missing == 0
+
+
+def test_info_says_which_systems_files_are_in(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("pyproj")
+    pytest.importorskip("tifffile")
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    values = np.full((40, 40), 700.0, np.float32)
+    values[:8] = np.nan
+    for j, i in ((0, 0), (0, 1), (1, 1)):
+        place = (2.6e6 + 400.0 * i, 1.2e6 - 400.0 * j, 10.0)
+        write_geotiff(tmp_path / f"t/{j}{i}.tif", values, of_code(2056), place)
+    write_hgt(tmp_path / "t", 46, 9, 31)
+    out = tmp_path / "map.png"
+    assert main(["map", "info", str(tmp_path / "t"), "-o", str(out), "--width-px", "200"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    for words in ("in EPSG:2056: 3 (CH1903+ / LV95, known to 1 m)", "in degrees: 1", "700 to 700 m", " 1 "):
+        assert words in said, said
+    (facts,) = (f for f in survey(open_tiles(str(tmp_path / "t"), "map"))[0] if len(f.tiles) == 3)
+    assert facts.missing == 1 and abs(facts.voids / facts.samples - 0.2) < 0.02
 
 
 def test_info_names_broken_tiles(folder, capsys):

@@ -7,6 +7,7 @@ import logging
 import numpy as np
 import pytest
 from countries import fields, globe, tile_at, tile_places, write_color_tiff, write_fields, write_picture
+from geotiffs import of_code, pixel_places, write_geotiff
 from PIL import Image
 
 from planetfall.engine.display import reflectance
@@ -82,6 +83,35 @@ def test_geotiffs(tmp_path, planar, bits):
     hole[10:14, 20:24] = True
     assert off_steps(color[~hole.ravel()], exact(pixels[~hole])) < 1.0 and (weight[~hole.ravel()] == 1.0).all()
     assert (weight[hole.ravel()] > 0.9).all() and color[hole.ravel()].min() > 1e-3  # closed by what is around
+
+
+@pytest.mark.parametrize("planar", [False, True])
+def test_geotiffs_in_other_systems(tmp_path, planar):
+    """Two pictures of LV95 side by side: at pixels their colours are the file's, to what a curve through them leaves,
+    also where both meet; gaps are gaps."""
+    pytest.importorskip("pyproj")
+    pytest.importorskip("tifffile")
+    places, every = [], []
+    for a in (0, 1):
+        x, y = 2.6e6 + 1500.0 * a, 1.2e6
+        longitude, latitude = pixel_places(2056, x, y, 10.0, 140, 150)
+        pixels = globe(latitude * 30.0, longitude * 30.0)
+        pixels[60:90, 60:90] = 0
+        values, words = (np.moveaxis(pixels, -1, 0), {"planarconfig": "separate"}) if planar else (pixels, {})
+        tags = ((42113, "s", 0, "0", True),)
+        write_geotiff(tmp_path / f"{a}.tif", values, of_code(2056), (x, y, 10.0), tags=tags, **words)
+        places.append((latitude, longitude))
+        every.append(pixels)
+    latitude, longitude, pixels = (np.concatenate(v, axis=1) for v in (*zip(*places, strict=True), every))
+    inner = np.zeros(latitude.shape, bool)
+    inner[2:-2, 2:-2] = True
+    for left in (60, 210):
+        inner[58:92, left - 2 : left + 32] = False
+    found = colors_of(tmp_path)
+    color, weight = seen(found, latitude[inner], longitude[inner])
+    assert (weight == 1.0).all() and off_steps(color, exact(pixels[inner])) < 3.0
+    color, weight = seen(found, latitude[75, 75], longitude[75, 75])
+    assert 0.5 < weight[0] <= 1.0 and color.min() > 1e-3  # closed by what is around
 
 
 def test_a_picture_fades_over_its_margin(tmp_path):

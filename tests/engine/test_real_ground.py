@@ -347,13 +347,6 @@ def test_maps_are_read_once_while_they_are_in_use(tmp_path, monkeypatch):
     assert [ref() is not None for ref in gone] == [True, False, False, False]
 
 
-def test_projections_say_how_to_get_rid_of_them(tmp_path, caplog):
-    write_tiff(tmp_path / "utm.tif", np.zeros((4, 4), np.float32), 4e5, 5e6, 10.0, 10.0, model=1, code=32632)
-    with caplog.at_level(logging.WARNING), pytest.raises(TileError):
-        ground_of(tmp_path)
-    assert "EPSG:32632" in caplog.text and "gdalwarp -t_srs EPSG:4326" in caplog.text
-
-
 # -- gradients, memory, what is kept -----------------------------------------------------------------------------------
 
 

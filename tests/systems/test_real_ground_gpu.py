@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from countries import land, write_country, write_hgt, write_png_tile
+from geotiffs import of_code, write_geotiff
 
 from planetfall.engine.blocks.bindings import HEIGHT_MAP_UNIT
 from planetfall.engine.real_ground.lattice import directions_at
@@ -146,3 +147,23 @@ def test_poles_and_the_date_line(evaluate, world, place):
     out = evaluate(world, canonical_table(world), CANONICAL, '"terrain/canonical_height.glsl"', inputs,
                    {"metres": "vec2"})  # fmt: skip
     assert np.abs(out["metres"].astype(np.float64).sum(axis=1) - expected).max() < 1e-3
+
+
+@pytest.mark.parametrize("where", [(2056, 2.6e6, 1.2e6), (32633, 5.0e5, 7.3e6), (3031, -3.0e4, 2.0e4)])
+def test_a_survey_in_another_system(evaluate, tmp_path, where):
+    """Pixels of 1 m with noise of 1 m, on lattices of 1 m, with fewer columns in the north, and far fewer by a pole."""
+    pyproj = pytest.importorskip("pyproj")
+    pytest.importorskip("tifffile")
+    code, x, y = where
+    values = np.random.default_rng(1).normal(800.0, 1.0, (300, 300)).astype(np.float32)
+    write_geotiff(tmp_path / "t/a.tif", values, of_code(code), (x, y, 1.0))
+    real = real_ground(str(tmp_path / "t"), 64_000_000, "x")
+    survey = replace(PLAIN, real=real, height_map_detail=0.0)
+    longitude, latitude = pyproj.Transformer.from_crs(code, 4326, always_xy=True).transform(x + 150.3, y - 140.7)
+    up = directions_at(latitude, longitude)
+    d = offsets(up, 400.0 * np.sqrt(np.random.default_rng(2).random(1000)), 3)
+    inputs = {"d": d, "spacing": np.full(len(d), 0.1, np.float32)}
+    out = evaluate(survey, octave_table(survey, up), BODY, '"terrain/height.glsl"', inputs, OUTPUTS)
+    points = up * RADIUS_M + d.astype(np.float64)
+    expected = height_at_points(points, survey) - height_at_points(up[None] * RADIUS_M, survey)[0]
+    assert np.abs(out["dh"] - expected).max() < 1e-3

@@ -7,6 +7,7 @@ import logging
 import numpy as np
 import pytest
 from countries import tile_at, tile_places, write_hgt, write_picture
+from geotiffs import of_code, pixel_places, write_geotiff
 
 import planetfall as pf
 
@@ -62,6 +63,29 @@ def test_ground_sinks_below_the_sea(folder):
     line = heights_of(folder / "map.toml", np.full(400, 46.5), shore(46.5) + across)
     assert np.abs(across[np.abs(line).argmin()]) < 0.004 and np.diff(line).min() > -0.2
     assert np.abs(found[near]).max() < 8.0
+
+
+def test_a_mask_may_be_in_another_system(tmp_path, folder):
+    """The same coast in UTM, as tiles of 20 m side by side."""
+    pytest.importorskip("pyproj")
+    pytest.importorskip("tifffile")
+    for a in (0, 1):
+        x, y = 3.8e5 + 8000.0 * a, 5.156e6
+        longitude, latitude = pixel_places(32632, x, y, 20.0, 500, 400)
+        wet = np.where(longitude < shore(latitude), 255, 0).astype(np.uint8)
+        write_geotiff(tmp_path / f"sea/{a}.tif", wet, of_code(32632), (x, y, 20.0))
+    (tmp_path / "map.toml").write_text(
+        f'[[tiles]]\nfolder = "{folder}/heights"\n[[tiles]]\nfolder = "sea"\nkind = "water"\ndepth_m = 6.0\n'
+    )
+    rng = np.random.default_rng(3)
+    latitude, longitude = rng.uniform(46.49, 46.52, 2000), rng.uniform(7.45, 7.6, 2000)
+    found = heights_of(tmp_path / "map.toml", latitude, longitude)
+    plain = heights_of(folder / "heights", latitude, longitude)
+    east_deg = longitude - shore(latitude)
+    sea, land = east_deg < -0.035, east_deg > 0.035
+    assert sea.sum() > 100 and land.sum() > 100
+    np.testing.assert_allclose(found[sea], -6.0, atol=0.01)
+    np.testing.assert_allclose(found[land], plain[land], atol=0.01)
 
 
 def test_a_folder_without_tiles_is_one_warning(tmp_path, folder, caplog):
