@@ -10,20 +10,23 @@ import contextlib
 import logging
 import os
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..settings import SettingError
 from .kept_ground import write_arrays
-from .pages import MadePage
 
-__all__ = ["SQUARE", "PageFiles", "keep_to_limit", "limit_bytes"]
+__all__ = ["SQUARE", "PageFiles", "PageKind", "keep_to_limit", "limit_bytes"]
 
 log = logging.getLogger(__name__)
+
+P = TypeVar("P")
 
 SQUARE = 4
 """Pages a side of a file's."""
@@ -71,11 +74,20 @@ def keep_to_limit(folder: Path, most_bytes: int) -> int:
     return taken
 
 
-class PageFiles:
+@dataclass(frozen=True)
+class PageKind(Generic[P]):
+    """How pages lie in files: arrays by a letter, of which each page has the first one, and pages made of them."""
+
+    first: str
+    arrays: Callable[[P], dict[str, NDArray[Any]]]
+    page: Callable[[Callable[[str], NDArray[Any] | None]], P]
+
+
+class PageFiles(Generic[P]):
     """The pages of one map. folder: None, there is no cache folder. root: what keeps to the limit."""
 
-    def __init__(self, folder: Path | None, root: Path | None) -> None:
-        self._folder, self._root = folder, root
+    def __init__(self, kind: PageKind[P], folder: Path | None, root: Path | None) -> None:
+        self._kind, self._folder, self._root = kind, folder, root
         self._most_bytes = limit_bytes()
         self._taken: int | None = None
         self._touched: dict[Path, float] = {}
@@ -89,7 +101,7 @@ class PageFiles:
     def _file(self, level: str, j: int, i: int) -> Path | None:
         return None if self._folder is None else self._folder / f"{level}-{j // SQUARE}-{i // SQUARE}.npz"
 
-    def load(self, level: str, j: int, i: int) -> tuple[bool, MadePage | None]:
+    def load(self, level: str, j: int, i: int) -> tuple[bool, P | None]:
         """Whether the square of the page in row j and column i of pages is there, and the page, None where nothing
         is."""
         file = self._file(level, j, i)
@@ -99,23 +111,20 @@ class PageFiles:
         try:
             with np.load(file, allow_pickle=False) as held:
                 self._touch(file)
-                if f"h{name}" not in held:
+                if f"{self._kind.first}{name}" not in held:
                     return True, None
-                return True, MadePage(held[f"h{name}"], held.get(f"w{name}"), held[f"r{name}"])
+                return True, self._kind.page(lambda letter: held.get(f"{letter}{name}"))
         except FileNotFoundError:
             return False, None
         except Exception as error:  # zip and numpy raise what they like for half a file
             log.warning("%s cannot be used and will be written again: %s", file, error)
             return False, None
 
-    def save(self, level: str, j: int, i: int, pages: dict[tuple[int, int], MadePage]) -> None:
+    def save(self, level: str, j: int, i: int, pages: dict[tuple[int, int], P]) -> None:
         """Keep a square: all of its pages that there are."""
         arrays: dict[str, NDArray[Any]] = {}
         for (row, column), page in pages.items():
-            name = f"{row}_{column}"
-            arrays[f"h{name}"], arrays[f"r{name}"] = page.heights, page.roughness
-            if page.weights is not None:
-                arrays[f"w{name}"] = page.weights
+            arrays |= {f"{letter}{row}_{column}": values for letter, values in self._kind.arrays(page).items()}
         file = self._file(level, j, i)
         if file is None or self._root is None or not write_arrays(file, arrays, small=True):
             return

@@ -235,6 +235,18 @@ class MadePage:
     weights: Heights | None
     roughness: Heights
 
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """To be written, by letters; `of` makes it of them again."""
+        found = {"h": self.heights, "r": self.roughness}
+        return found if self.weights is None else found | {"w": self.weights}
+
+    @staticmethod
+    def of(held: Callable[[str], NDArray[Any] | None]) -> MadePage:
+        heights, roughness = held("h"), held("r")
+        if heights is None or roughness is None:
+            raise ValueError("half a page")
+        return MadePage(heights, held("w"), roughness)
+
 
 def made_page(raw: RawLevel, coarser: Coarser | None, j: int, i: int) -> MadePage | None:
     """The page in row j and column i of pages; None where nothing is."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,18 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..table_cache import TableCache
+from .block_keys import among, inner, names_of, parents_of, reached_by
 from .kept_ground import level_arrays, level_of, read_arrays, write_arrays
-from .page_files import PageFiles, keep_to_limit, limit_bytes
+from .lattice import Lattice
+from .page_files import PageFiles, PageKind, keep_to_limit, limit_bytes
 from .page_levels import heights_of, levels_of, next_factor
-from .pages import SLOT, PageLevel, polar_of
+from .page_pool import PageSource
+from .pages import SLOT, MadePage, PageLevel, made_page, polar_of
 from .raw_level import BLOCK, RawLevel
 from .real_ground import RealGround
-from .streamed_level import PagePool, PageSource, streamed_level
+from .streamed_level import HeightPool, streamed_level
 from .tile_blocks import MeansBlocks, TileBlocks
 from .tile_index import TileSet
-from .tile_scan import BlockFile, LevelFacts, keys_to_squares, scan, squares_of
+from .tile_scan import BlockFile, LevelFacts, scan, squares_of
 
-__all__ = ["KeptStream", "SetLevels", "StreamedGround", "ground_of", "levels_in_memory", "read_set"]
+__all__ = ["KeptStream", "SetLevels", "StreamedGround", "first_in_memory", "ground_of", "levels_in_memory", "read_set"]
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +52,7 @@ class StreamedGround(RealGround):
     """Levels of which some are StreamedLevel. pool: their pages here; budget_bytes: of all levels, here and once more
     on the GPU; index: the file that says what is where, None without a cache folder."""
 
-    pool: PagePool
+    pool: HeightPool
     budget_bytes: int
     index: Path | None
 
@@ -85,7 +89,8 @@ class KeptStream:
         self._key = TableCache.key(repr(stamp), str(most_bytes), f"streamed {_FORMAT}")
         # Pages don't depend on the memory that there is.
         pages = TableCache.key(repr(stamp), f"pages {_FORMAT}")
-        self.files = PageFiles(None if self._root is None else self._root / pages, self._root)
+        kind = PageKind("h", MadePage.arrays, MadePage.of)
+        self.files = PageFiles(kind, None if self._root is None else self._root / pages, self._root)
 
     @property
     def index(self) -> Path | None:
@@ -148,16 +153,29 @@ class KeptStream:
 
 
 def levels_in_memory(sets: Sequence[TileSet], most_bytes: int) -> list[int]:
+    """Of each set the finest level that is in memory whole."""
+    return first_in_memory(sets, most_bytes, _level_bytes, next_factor)
+
+
+def _level_bytes(samples: float) -> int:
+    """About what a level takes."""
+    side = max(samples, 1.0) ** 0.5 / BLOCK
+    return int((1.08 * samples / BLOCK**2 + 8.0 * side + 8.0) * _SLOT_BYTES)
+
+
+def first_in_memory(
+    sets: Sequence[TileSet], most_bytes: int, bytes_of: Callable[[float], int], next_of: Callable[[Lattice], int]
+) -> list[int]:
     """Of each set the finest level that is in memory whole: the smallest levels of all sets are, as long as they fit
-    into their share. The coarsest of each always is."""
+    into their share. The coarsest of each always is. bytes_of: a level of so many samples; next_of: how many samples
+    of a level make one of the next, 0: it is the last."""
     sizes: list[tuple[int, int, int]] = []
     found = []
     for number, tiles in enumerate(sets):
         samples, lattice, k = float(tiles.samples), tiles.lattice, 0
         while True:
-            side = max(samples, 1.0) ** 0.5 / BLOCK
-            sizes.append((int((1.08 * samples / BLOCK**2 + 8.0 * side + 8.0) * _SLOT_BYTES), number, k))
-            factor = next_factor(lattice)
+            sizes.append((bytes_of(samples), number, k))
+            factor = next_of(lattice)
             if not factor:
                 break
             samples, lattice, k = samples / factor**2, lattice.coarser(factor), k + 1
@@ -186,16 +204,16 @@ def read_set(
         facts = scan(raw, squares, factor, coarser, following, kept.part(number, k), progress if k == 0 else None)
         found.append(_Streamed(facts, polar_of(raw), stored))
         raw, stored = coarser if following is None else _means(raw, facts, factor, following), following
-        coarse = keys_to_squares(keys_to_squares(facts.blocks, factor), next_factor(raw.lattice) or 1)
+        coarse = parents_of(parents_of(facts.blocks, factor), next_factor(raw.lattice) or 1)
         squares = [(j, i) for j, i in coarse.tolist()]
     return SetLevels(tiles, tuple(found), levels_of(raw, False) if found[0].facts.found else [])
 
 
 def _means(finer: RawLevel, facts: LevelFacts, factor: int, stored: BlockFile) -> MeansBlocks:
-    there = _names(keys_to_squares(facts.blocks, factor))
+    there = names_of(parents_of(facts.blocks, factor))
 
     def has(key: tuple[int, int]) -> bool:
-        return bool(_among(_names(np.array([key])), there)[0])
+        return bool(among(names_of(np.array([key])), there)[0])
 
     return MeansBlocks(finer, factor, has, stored.read)
 
@@ -203,7 +221,7 @@ def _means(finer: RawLevel, facts: LevelFacts, factor: int, stored: BlockFile) -
 def ground_of(sets: Sequence[SetLevels], kept: KeptStream, most_bytes: int, what: str) -> StreamedGround:
     """Levels of all sets, with nothing of those that stream in memory yet."""
     whole = sum(level.nbytes for found in sets for level, _ in found.whole)
-    pool = PagePool(most_bytes - whole)
+    pool = HeightPool(most_bytes - whole)
     levels: list[tuple[PageLevel, int, int]] = []
     low, high = np.inf, -np.inf
     for number, found in enumerate(sets):
@@ -229,7 +247,7 @@ def ground_of(sets: Sequence[SetLevels], kept: KeptStream, most_bytes: int, what
 
 
 def _streamed(
-    found: SetLevels, number: int, kept: KeptStream, pool: PagePool, what: str
+    found: SetLevels, number: int, kept: KeptStream, pool: HeightPool, what: str
 ) -> list[tuple[PageLevel, int]]:
     """The levels of a set that stream, and their factors."""
     if not found.streamed or not found.whole:
@@ -242,51 +260,12 @@ def _streamed(
     coarser, levels = found.whole[-1][0], []
     for k in range(len(raws) - 1, -1, -1):
         facts, lattice = found.streamed[k].facts, raws[k].lattice
-        where, border = _pages(raws[k], facts)
+        where = reached_by(lattice, facts.blocks, BLOCK)  # they may have heights, see pages.reached
+        border = ~inner(lattice, where, facts.blocks[facts.blocks[:, 2] > 0, :2], BLOCK)
         level = streamed_level(lattice, where, found.streamed[k].polar, k == 0)
-        source = PageSource(f"{number}-{k}", raws[k], heights_of(coarser), kept.files, lambda: not blocks.broken)
+        make = partial(made_page, raws[k], heights_of(coarser))
+        source = PageSource(f"{number}-{k}", make, kept.files, lambda: not blocks.broken)
         level.begin(source, pool, facts.steepest_rad, border)
         levels.append((level, next_factor(lattice)))
         coarser = level
     return levels
-
-
-def _pages(raw: RawLevel, facts: LevelFacts) -> tuple[Ints, NDArray[np.bool_]]:
-    """Pages (P, 2), sorted, that may have heights (see pages.reached), and of which samples are missing in or around
-    (P,)."""
-    lattice, blocks = raw.lattice, facts.blocks
-    columns = -(-lattice.period // BLOCK) if lattice.period else 0
-    step = np.arange(-1, 2)
-    beside = np.stack(np.meshgrid(step, step, indexing="ij"), axis=-1).reshape(-1, 2)
-
-    def around(keys: Ints) -> Ints:
-        found = keys[:, None] + beside
-        if columns:
-            found[..., 1] %= columns
-        return found
-
-    where = around(blocks[:, :2]).reshape(-1, 2)
-    where = where[(where[:, 0] >= 0) & (where[:, 0] <= int((lattice.down - lattice.phase_y) // BLOCK))]
-    if columns > 1:  # the last one is narrow: what is beside its neighbour is beside it as well
-        where = np.concatenate([where, *(where[where[:, 1] == a] + (0, b - a) for a, b in _ends(columns))])
-    where = np.unique(where, axis=0)
-    full = np.sort(_names(blocks[blocks[:, 2] > 0, :2]))
-    inner: NDArray[np.bool_] = np.asarray(_among(_names(around(where)), full).all(axis=1), dtype=np.bool_)
-    return where, ~inner
-
-
-def _ends(columns: int) -> tuple[tuple[int, int], tuple[int, int]]:
-    return (columns - 2, 0), (0, columns - 2)
-
-
-def _names(keys: Ints) -> Ints:
-    """One number a block (..., 2), in the order of rows and columns."""
-    names: Ints = (keys[..., 0] << 32) + keys[..., 1] + (1 << 31)
-    return names
-
-
-def _among(names: Ints, known: Ints) -> NDArray[np.bool_]:
-    """Which of names (...) are among known ones (M,), which are sorted."""
-    if not len(known):
-        return np.zeros(names.shape, np.bool_)
-    return known[np.minimum(np.searchsorted(known, names), len(known) - 1)] == names

@@ -6,7 +6,8 @@ As RawLevel has them, sample by sample, but only those asked for last are in mem
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from .tile_files import read_part, read_tile
 from .tile_index import TileSet
 from .water_mask import water_of
 
-__all__ = ["SUPER", "MeansBlocks", "TileBlocks"]
+__all__ = ["SUPER", "MeansBlocks", "TileBlocks", "TilePart", "parts_of", "tiles_by_square"]
 
 log = logging.getLogger(__name__)
 
@@ -55,31 +56,24 @@ class TileBlocks(_Blocks):
         super().__init__(tiles.lattice)
         self.tiles, self._what = tiles, what
         self._water = water_of(tiles.folder, what)
-        self.by_square = _squares(tiles)
+        self.by_square = tiles_by_square(tiles, BLOCK)
         """Numbers of the tiles in each square (row, column) of SUPER x SUPER blocks."""
         self._decoded: LeastUsed[int, Heights] = LeastUsed(_DECODED_BYTES, self._decode, lambda values: values.nbytes)
         self.broken: set[int] = set()
         """Numbers of tiles that could not be read: there are none there."""
 
     def make(self, key: tuple[int, int]) -> Heights | None:
-        j, i = key
-        out, period = None, self.lattice.period
-        wide = min(BLOCK, period - i * BLOCK) if period else BLOCK
-        for number in self.by_square.get((j // SUPER, i // SUPER), ()):
-            column, row, columns, rows = (int(v) for v in self.tiles.where[number])
-            first, end = max(j * BLOCK, row), min((j + 1) * BLOCK, row + rows)
-            for turn in (-period, 0, period) if period else (0,):
-                west, east = max(i * BLOCK, column + turn), min(i * BLOCK + wide, column + turn + columns)
-                if first >= end or west >= east or number in self.broken:
-                    continue
-                inside = slice(first - row, end - row), slice(west - column - turn, east - column - turn)
-                values = self._part(number, *inside)
-                if values is None or np.isnan(values).all():
-                    continue
-                if out is None:
-                    out = np.full((BLOCK, BLOCK), np.nan, np.float32)
-                part = out[first - j * BLOCK : end - j * BLOCK, west - i * BLOCK : east - i * BLOCK]
-                np.copyto(part, values, where=np.isnan(part))
+        out = None
+        for each in parts_of(self.tiles, self.by_square, BLOCK, key):
+            if each.number in self.broken:
+                continue
+            values = self._part(each.number, *each.inside)
+            if values is None or np.isnan(values).all():
+                continue
+            if out is None:
+                out = np.full((BLOCK, BLOCK), np.nan, np.float32)
+            part = out[each.block]
+            np.copyto(part, values, where=np.isnan(part))
         return out
 
     def _part(self, number: int, rows: slice, columns: slice) -> Heights | None:
@@ -105,9 +99,38 @@ class TileBlocks(_Blocks):
         return read_tile(file, where, self.tiles.folder.png)
 
 
-def _squares(tiles: TileSet) -> dict[tuple[int, int], list[int]]:
-    """Numbers, ascending, of the tiles that touch each square."""
-    side, period = SUPER * BLOCK, tiles.lattice.period
+@dataclass(frozen=True)
+class TilePart:
+    """What a block has of a tile: the tile's number, and rows and columns in it and in the block."""
+
+    number: int
+    inside: tuple[slice, slice]
+    block: tuple[slice, slice]
+
+
+def parts_of(
+    tiles: TileSet, by_square: Mapping[tuple[int, int], Sequence[int]], side: int, key: tuple[int, int]
+) -> Iterator[TilePart]:
+    """Of the block of `side` samples a side at (row, column) of blocks. by_square: of tiles_by_square."""
+    (j, i), period = key, tiles.lattice.period
+    wide = min(side, period - i * side) if period else side
+    for number in by_square.get((j // SUPER, i // SUPER), ()):
+        column, row, columns, rows = (int(v) for v in tiles.where[number])
+        first, end = max(j * side, row), min((j + 1) * side, row + rows)
+        for turn in (-period, 0, period) if period else (0,):
+            west, east = max(i * side, column + turn), min(i * side + wide, column + turn + columns)
+            if first >= end or west >= east:
+                continue
+            yield TilePart(
+                number,
+                (slice(first - row, end - row), slice(west - column - turn, east - column - turn)),
+                (slice(first - j * side, end - j * side), slice(west - i * side, east - i * side)),
+            )
+
+
+def tiles_by_square(tiles: TileSet, side: int) -> dict[tuple[int, int], list[int]]:
+    """Numbers, ascending, of the tiles that touch each square of SUPER x SUPER blocks of `side` samples a side."""
+    side, period = SUPER * side, tiles.lattice.period
     found: dict[tuple[int, int], list[int]] = {}
     for number, (column, row, columns, rows) in enumerate(tiles.where.tolist()):
         across: set[int] = set()

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from .lattice import Lattice
 from .raw_level import BLOCK, RawLevel, means_of
 from .tile_blocks import SUPER, TileBlocks
 
-__all__ = ["EVERY_S", "BlockFile", "LevelFacts", "keys_to_squares", "scan", "squares_of"]
+__all__ = ["EVERY_S", "BlockFile", "LevelFacts", "scan", "squares_of"]
 
 Floats = NDArray[np.float64]
 Heights = NDArray[np.float32]
@@ -81,6 +81,9 @@ class LevelFacts:
 class BlockFile:
     """Blocks of a level one after the other in a file, compressed; path: None, there is no cache folder."""
 
+    shape: tuple[int, ...] = (BLOCK, BLOCK)
+    kind: type[np.generic] = np.float32
+
     def __init__(self, path: Path | None, places: dict[Key, tuple[int, int]] | None = None) -> None:
         self.path = path
         self.places = {} if places is None else places
@@ -92,7 +95,7 @@ class BlockFile:
         before = BlockFile.of(self.path, held, "")
         self.places, self._end = before.places, before._end
 
-    def append(self, key: Key, block: Heights) -> None:
+    def append(self, key: Key, block: NDArray[Any]) -> None:
         if self.path is None:
             return
         data = zlib.compress(block.tobytes(), 1)
@@ -103,7 +106,7 @@ class BlockFile:
         self.places[key] = self._end, len(data)
         self._end += len(data)
 
-    def read(self, key: Key) -> Heights | None:
+    def read(self, key: Key) -> NDArray[Any] | None:
         """None where it is not there, or damaged."""
         at = self.places.get(key)
         if at is None or self.path is None:
@@ -112,7 +115,7 @@ class BlockFile:
             with self.path.open("rb") as file:
                 file.seek(at[0])
                 data = zlib.decompress(file.read(at[1]))
-            return np.frombuffer(data, np.float32).reshape(BLOCK, BLOCK)
+            return np.frombuffer(data, self.kind).reshape(self.shape)
         except (OSError, ValueError, zlib.error):
             return None
 
@@ -120,10 +123,10 @@ class BlockFile:
         keys = np.array(list(self.places), np.int32).reshape(-1, 2)
         return {f"{name}stored": keys, f"{name}at": np.array(list(self.places.values()), np.int64).reshape(-1, 2)}
 
-    @staticmethod
-    def of(path: Path | None, held: dict[str, NDArray[Any]], name: str) -> BlockFile:
+    @classmethod
+    def of(cls, path: Path | None, held: dict[str, NDArray[Any]], name: str) -> Self:
         rows = zip(held[f"{name}stored"].tolist(), held[f"{name}at"].tolist(), strict=True)
-        return BlockFile(path, {(key[0], key[1]): (at[0], at[1]) for key, at in rows})
+        return cls(path, {(key[0], key[1]): (at[0], at[1]) for key, at in rows})
 
 
 def squares_of(raw: TileBlocks, factor: int) -> list[Key]:
@@ -177,8 +180,3 @@ def _keep(part: Path, facts: LevelFacts, done: int, coarser: RawLevel, stored: B
         "blocks": np.stack(blocks) if blocks else np.zeros((0, BLOCK, BLOCK), np.float32),
     }
     write_arrays(part, arrays if stored is None else arrays | stored.arrays(""))
-
-
-def keys_to_squares(keys: Ints, factor: int) -> Ints:
-    """Blocks (M, 2) of the next coarser level that blocks (N, 2) are in."""
-    return np.unique(keys[:, :2] // factor, axis=0)
