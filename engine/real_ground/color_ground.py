@@ -14,10 +14,22 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .block_keys import names_of, numbers_of
 from .color_level import SIDE, ColorLevel, decoded, near_blocks
 from .lattice import Lattice, sphere_place
 
-__all__ = ["BEFORE", "SLOT", "WHOLE", "ColorGround", "ColorPages", "ColorSet", "composed", "pages_of_colors"]
+__all__ = [
+    "BEFORE",
+    "SLOT",
+    "WHOLE",
+    "ColorGround",
+    "ColorPages",
+    "ColorSet",
+    "color_page",
+    "composed",
+    "pages_of_colors",
+    "taps_of_pixels",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -44,8 +56,29 @@ class ColorPages:
         return 0 if self.lattice.period else int(self.where[:, 1].min()) * SIDE
 
     @cached_property
-    def _numbers(self) -> dict[tuple[int, int], int]:
-        return {(int(j), int(i)): number for number, (j, i) in enumerate(self.where)}
+    def _names(self) -> Ints:
+        return names_of(self.where)
+
+    def numbers(self, row: Ints, column: Ints) -> Ints:
+        """Of pages at rows and columns of pages (N,); -1: there is none."""
+        return numbers_of(names_of(np.stack([row, column], axis=-1)), self._names)
+
+    # -- what is asked of pages; levels that stream answer otherwise ---------------------------------------------------
+
+    def there(self, page: Ints) -> NDArray[np.bool_]:
+        """Which of pages (N,) there are."""
+        return page >= 0
+
+    def taps(self, page: Ints, j: Ints, i: Ints) -> NDArray[np.uint8]:
+        """(2, 2, N, 4): rows, columns of pixels of slots at (j, i) and the next."""
+        return taps_of_pixels(self.pixels, page, j, i)
+
+    @property
+    def nbytes(self) -> int:
+        """Of all its pixels."""
+        return self.pixels.nbytes
+
+    # ------------------------------------------------------------------------------------------------------------------
 
     def sample(self, latitude_deg: Floats, longitude_deg: Floats) -> Floats:
         """Values times weight, and the weight, (4, N), linear between pixels."""
@@ -53,17 +86,22 @@ class ColorPages:
         low = self.first_column
         x = low + np.mod(counted - low, self.lattice.across)
         i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-        pages = np.stack([np.maximum(j // SIDE, 0), i // SIDE], axis=1)
-        names, of = np.unique(pages, axis=0, return_inverse=True)
-        number = np.array([self._numbers.get((int(a), int(b)), -1) for a, b in names], dtype=np.int64)[of.ravel()]
-        out, there = np.zeros((4, len(x))), np.flatnonzero(number >= 0)
-        row, column = j - pages[:, 0] * SIDE + BEFORE, i - pages[:, 1] * SIDE + BEFORE
+        page_y, page_x = np.maximum(j // SIDE, 0), i // SIDE
+        number = self.numbers(page_y, page_x)
+        out, there = np.zeros((4, len(x))), np.flatnonzero(self.there(number))
+        row, column = (j - page_y * SIDE + BEFORE)[there], (i - page_x * SIDE + BEFORE)[there]
+        taps = self.taps(number[there], row, column)
         for b in range(2):
             for a in range(2):
-                at = number[there], np.clip(row[there] + b, 0, SLOT - 1), column[there] + a
                 share = np.abs(1 - b - (y - j)[there]) * np.abs(1 - a - (x - i)[there])
-                out[:, there] += share * decoded(self.pixels[at]).astype(np.float64).T
+                out[:, there] += share * decoded(taps[b, a]).astype(np.float64).T
         return out
+
+
+def taps_of_pixels(pixels: NDArray[np.uint8], page: Ints, j: Ints, i: Ints) -> NDArray[np.uint8]:
+    """(2, 2, N, 4): rows, columns about pixels (j, i) of pages (N,)."""
+    rows = [pixels[page, np.clip(j + b, 0, SLOT - 1), i + a] for b in range(2) for a in range(2)]
+    return np.stack(rows).reshape(2, 2, len(page), 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +178,14 @@ def pages_of_colors(level: ColorLevel) -> ColorPages | None:
     """The pages of a level; None where it has no pixel."""
     found, where = [], []
     for j, i in near_blocks(level):
-        slot = level.window(j * SIDE - BEFORE, i * SIDE - BEFORE, SLOT, SLOT)
-        if slot[..., 3].any():
+        slot = color_page(level, j, i)
+        if slot is not None:
             found.append(slot)
             where.append((j, i))
     return ColorPages(level.lattice, np.stack(found), np.array(where, dtype=np.int64)) if found else None
+
+
+def color_page(level: ColorLevel, j: int, i: int) -> NDArray[np.uint8] | None:
+    """(SLOT, SLOT, 4): the page in row j and column i of pages; None where nothing is."""
+    slot = level.window(j * SIDE - BEFORE, i * SIDE - BEFORE, SLOT, SLOT)
+    return slot if slot[..., 3].any() else None

@@ -6,15 +6,16 @@ means of pixels are means of what a picture shows over nothing, and what lies be
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .block_keys import reached_by
 from .lattice import Lattice
 
-__all__ = ["SIDE", "ColorLevel", "coded", "decoded", "near_blocks", "pixel_factor"]
+__all__ = ["SIDE", "ColorLevel", "coarser_pixels", "coded", "decoded", "finer_keys", "near_blocks", "pixel_factor"]
 
 Pixels = NDArray[np.uint8]
 Singles = NDArray[np.float32]
@@ -90,6 +91,10 @@ class ColorLevel:
             values = decoded(block)
             self.blocks[key] = coded(values / np.maximum(values[..., 3:], 0.5 / 255.0))
 
+    def block(self, key: Key) -> Pixels | None:
+        """The block at (row, column) of blocks, None where there is none."""
+        return self.blocks.get(key)
+
     def window(self, row: int, column: int, height: int, width: int) -> Pixels:
         """Pixels (height, width, 4) from (row, column) on: around the world, and across the poles."""
         out = np.zeros((height, width, 4), np.uint8)
@@ -111,7 +116,7 @@ class ColorLevel:
     def _fill(self, out: Pixels, at: Ints, rows: Ints, columns: Ints) -> None:
         """Pixels of these rows into rows `at` of the window."""
         for key, j, i, inner in _cut(rows, columns):
-            block = self.blocks.get(key)
+            block = self.block(key)
             if block is not None:
                 out[np.ix_(at[j], i)] = block[inner]
 
@@ -122,24 +127,18 @@ class ColorLevel:
     def coarser(self, factor: int) -> ColorLevel:
         """The level of means of factor x factor pixels."""
         found = ColorLevel(self.lattice.coarser(factor))
-        side = SIDE * factor
         for j, i in sorted({(j // factor, i // factor) for j, i in self.blocks}):
-            fine = np.zeros((side, side, 4), np.uint8)
-            for b in range(factor):
-                for a in range(factor):
-                    block = self.blocks.get((j * factor + b, i * factor + a))
-                    if block is not None:
-                        fine[b * SIDE : (b + 1) * SIDE, a * SIDE : (a + 1) * SIDE] = block
-            mean = coded(decoded(fine).reshape(SIDE, factor, SIDE, factor, 4).mean(axis=(1, 3)))
-            if mean[..., 3].any():
+            mean = coarser_pixels([self.block(key) for key in finer_keys(factor, j, i)], factor)
+            if mean is not None:
                 found.blocks[j, i] = mean
         return found
 
-    def round_poles(self) -> None:
-        """Next to a pole pixels become as wide as they are high: means of those along their row."""
-        lattice = self.lattice
+    def polar_rows(self) -> dict[int, Pixels]:
+        """Rows (period, 4) next to a pole as they have to be: pixels as wide as they are high, means of those along
+        the row."""
+        lattice, found = self.lattice, {}
         if lattice.mercator or lattice.period < 8:
-            return
+            return {}
         last = int(np.ceil(lattice.down - lattice.phase_y)) - 1
         there = {j for j, _ in self.blocks}
         for k in range(min(_POLAR_ROWS, last // 2)):
@@ -154,10 +153,34 @@ class ColorLevel:
                 around = np.concatenate([pixels[-reach - 1 :], pixels, pixels[:reach]])
                 sums = np.cumsum(decoded(around).astype(np.float64), axis=0)
                 means = (sums[2 * reach + 1 :] - sums[: lattice.period]) / (2.0 * reach + 1.0)
-                new = coded(means)[None]
-                for key, _, i, inner in _cut(np.array([row]), np.arange(lattice.period)):
-                    block = self.blocks.setdefault(key, np.zeros((SIDE, SIDE, 4), np.uint8))
-                    block[inner] = new[:, i]
+                found[row] = coded(means)
+        return found
+
+    def round_poles(self) -> None:
+        """Put `polar_rows` in their place."""
+        for row, pixels in self.polar_rows().items():
+            for key, _, i, inner in _cut(np.array([row]), np.arange(self.lattice.period)):
+                block = self.blocks.setdefault(key, np.zeros((SIDE, SIDE, 4), np.uint8))
+                block[inner] = pixels[None, i]
+
+
+def finer_keys(factor: int, j: int, i: int) -> list[Key]:
+    """The factor x factor finer blocks of block (j, i), row by row."""
+    return [(j * factor + b, i * factor + a) for b in range(factor) for a in range(factor)]
+
+
+def coarser_pixels(finer: Sequence[Pixels | None], factor: int) -> Pixels | None:
+    """Means of factor x factor pixels of the blocks of `finer_keys`; None where there are none."""
+    if all(block is None for block in finer):
+        return None
+    side = SIDE * factor
+    fine = np.zeros((side, side, 4), np.uint8)
+    for number, block in enumerate(finer):
+        if block is not None:
+            b, a = divmod(number, factor)
+            fine[b * SIDE : (b + 1) * SIDE, a * SIDE : (a + 1) * SIDE] = block
+    mean = coded(decoded(fine).reshape(SIDE, factor, SIDE, factor, 4).mean(axis=(1, 3)))
+    return mean if mean[..., 3].any() else None
 
 
 def _cut(rows: Ints, columns: Ints) -> Iterator[tuple[Key, Ints, Ints, tuple[Ints, Ints]]]:
@@ -172,15 +195,5 @@ def _cut(rows: Ints, columns: Ints) -> Iterator[tuple[Key, Ints, Ints, tuple[Int
 
 def near_blocks(level: ColorLevel) -> list[Key]:
     """Blocks with pixels, and those around them."""
-    lattice = level.lattice
-    columns = -(-lattice.period // SIDE) if lattice.period else 0
-    last_row = int((lattice.down - lattice.phase_y) // SIDE)
-    found = set()
-    for j, i in level.blocks:
-        for row in range(max(j - 1, 0), min(j + 1, last_row) + 1):
-            for column in (i - 1, i, i + 1):
-                found.add((row, column % columns if columns else column))
-    if columns > 1:  # the last one is narrow: what is beside its neighbour is beside it as well
-        found |= {(j, 0) for j, i in found if i == columns - 2}
-        found |= {(j, columns - 2) for j, i in found if i == 0}
-    return sorted(found)
+    keys = np.array(list(level.blocks), dtype=np.int64).reshape(-1, 2)
+    return [(j, i) for j, i in reached_by(level.lattice, keys, SIDE).tolist()]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .color_level import SIDE, ColorLevel, Pixels, coded, decoded, near_blocks
 
-__all__ = ["MARGIN", "with_margins"]
+__all__ = ["MARGIN", "block_with_margins", "with_margins"]
 
 MARGIN = 32
 
@@ -21,17 +21,26 @@ MARGIN = 32
 def with_margins(level: ColorLevel) -> ColorLevel:
     """The level with what goes on beyond its pixels."""
     found = ColorLevel(level.lattice)
-    side = SIDE + 2 * MARGIN
-    inner = slice(MARGIN, MARGIN + SIDE)
-    for j, i in near_blocks(level):
-        window = level.window(j * SIDE - MARGIN, i * SIDE - MARGIN, side, side)
-        if window[inner, inner, 3].all():
-            found.blocks[j, i] = window[inner, inner]
-        elif window[..., 3].any():
-            block = _grown(window)[inner, inner]
-            if block[..., 3].any():
-                found.blocks[j, i] = block
+    for key in near_blocks(level):
+        block = block_with_margins(level, key)
+        if block is not None:
+            found.blocks[key] = block
     return found
+
+
+def block_with_margins(level: ColorLevel, key: tuple[int, int]) -> Pixels | None:
+    """A block of `with_margins`, None where there is nothing."""
+    core = level.block(key)
+    if core is not None and core[..., 3].all():
+        return core.copy()
+    side, inner = SIDE + 2 * MARGIN, slice(MARGIN, MARGIN + SIDE)
+    window = level.window(key[0] * SIDE - MARGIN, key[1] * SIDE - MARGIN, side, side)
+    if window[inner, inner, 3].all():
+        return window[inner, inner]
+    if not window[..., 3].any():
+        return None
+    block = _grown(window)[inner, inner]
+    return block if block[..., 3].any() else None
 
 
 def _grown(window: Pixels) -> Pixels:

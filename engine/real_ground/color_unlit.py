@@ -14,16 +14,16 @@ out with the sun. Shadows that ground casts stay.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .color_level import SIDE, ColorLevel, coded, decoded
-from .lattice import directions_at
+from .color_level import SIDE, ColorLevel, Pixels, coded, decoded
+from .lattice import Lattice, directions_at
 
-__all__ = ["Relief", "take_out_sun"]
+__all__ = ["Relief", "SunFit", "fit_sun", "take_out_sun"]
 
 Floats = NDArray[np.float64]
 
@@ -41,12 +41,37 @@ _RIDGE = 1e-4
 @dataclass(frozen=True)
 class Relief:
     """The ground of a planet. heights: metres (N,) at unit directions (3, N), NaN where none are known. sample_m: how
-    far apart they are known. stamp: what tells whether any of it has changed."""
+    far apart they are known. stamp: what tells whether any of it has changed; files: the same for other processes,
+    None where nothing does."""
 
     heights: Callable[[Floats], Floats]
     sample_m: float
     radius_m: float
     stamp: object
+    files: object = None
+
+
+@dataclass(frozen=True, eq=False)
+class SunFit:
+    """How light goes with the relief's normals on one level. step: pixels from one normal to the next; sun: the
+    direction to it, None: fitted with the rest; slopes (3, k) and flat (k,) of _fit; sun_deg: azimuth from north to
+    east, and elevation."""
+
+    lattice: Lattice
+    step: int
+    sun: Floats | None
+    slopes: Floats
+    flat: Floats
+    sun_deg: tuple[float, float]
+
+    def unlit(self, pixels: Pixels, key: tuple[int, int], relief: Relief, strength: float) -> Pixels:
+        """Pixels of a block with the shading divided out, to the power `strength`."""
+        shading = _shading(self, relief, key)
+        if shading is None:
+            return pixels
+        values = decoded(pixels)
+        values[..., :3] /= shading**strength
+        return coded(values)
 
 
 def take_out_sun(
@@ -54,9 +79,21 @@ def take_out_sun(
 ) -> tuple[float, float] | None:
     """Divide the shading out of all pixels of full weight, to the power `strength`. sun_deg: azimuth from north to east
     and elevation; None: fitted. What it was; None where no relief is known or it explains nothing."""
-    sun = None if sun_deg is None else _direction(*sun_deg)
-    step = _step(level, relief)
     keys = sorted(level.blocks)
+    fit = fit_sun(level, keys, relief, sun_deg)
+    if fit is None:
+        return None
+    for key in keys:
+        level.blocks[key] = fit.unlit(level.blocks[key], key, relief, strength)
+    return fit.sun_deg
+
+
+def fit_sun(
+    level: ColorLevel, keys: Sequence[tuple[int, int]], relief: Relief, sun_deg: tuple[float, float] | None
+) -> SunFit | None:
+    """How light goes with normals on blocks `keys` of a level; None where no relief is known or it explains nothing."""
+    sun = None if sun_deg is None else _direction(*sun_deg)
+    step = _step(level.lattice, relief, keys[0])
     chosen = keys[:: -(-len(keys) // _MOST_FITTED)]
     parts = [_squares(level, relief, key, step, sun) for key in chosen]
     known = [part for part in parts if part is not None]
@@ -67,17 +104,11 @@ def take_out_sun(
     slopes = _fit(light, feature, flat)
     if not slopes.any():
         return None
-    for key in keys:
-        shading = _shading(level, relief, key, step, sun, slopes, flat)
-        if shading is None:
-            continue
-        values = decoded(level.blocks[key])
-        values[..., :3] /= shading**strength
-        level.blocks[key] = coded(values)
-    if sun_deg is not None:
-        return sun_deg
-    east, north, up = slopes.mean(axis=0)
-    return float(np.degrees(np.arctan2(east, north)) % 360.0), float(np.degrees(np.arctan2(up, np.hypot(east, north))))
+    if sun_deg is None:
+        east, north, up = slopes.mean(axis=0)
+        high = float(np.degrees(np.arctan2(up, np.hypot(east, north))))
+        sun_deg = float(np.degrees(np.arctan2(east, north)) % 360.0), high
+    return SunFit(level.lattice, step, sun, slopes, flat, sun_deg)
 
 
 def _direction(azimuth_deg: float, elevation_deg: float) -> Floats:
@@ -86,22 +117,21 @@ def _direction(azimuth_deg: float, elevation_deg: float) -> Floats:
     return np.array([flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(elevation)])
 
 
-def _step(level: ColorLevel, relief: Relief) -> int:
-    """Pixels from one normal to the next: half as far apart as heights are known."""
-    pixel_m = level.lattice.sample_m(relief.radius_m)
-    if level.lattice.mercator:
-        j, i = next(iter(level.blocks))
-        latitude = level.lattice.place(i * SIDE, j * SIDE)[0]
+def _step(lattice: Lattice, relief: Relief, key: tuple[int, int]) -> int:
+    """Pixels from one normal to the next: half as far apart as heights are known. key: of a block."""
+    pixel_m = lattice.sample_m(relief.radius_m)
+    if lattice.mercator:
+        latitude = lattice.place(key[1] * SIDE, key[0] * SIDE)[0]
         pixel_m *= float(np.cos(np.radians(latitude)))
     return max(step for step in _STEPS if step == 1 or step * pixel_m <= 0.5 * relief.sample_m)
 
 
-def _normals(level: ColorLevel, relief: Relief, key: tuple[int, int], step: int) -> Floats:
+def _normals(lattice: Lattice, relief: Relief, key: tuple[int, int], step: int) -> Floats:
     """East, north and up (3, n, n) at squares of `step` pixels of a block and one around; NaN where unknown."""
     count = SIDE // step + 4
     middle = (np.arange(count) - 2) * step + 0.5 * (step - 1)
     rows, columns = key[0] * SIDE + middle, key[1] * SIDE + middle
-    latitude, longitude = level.lattice.place(columns[None, :], rows[:, None])
+    latitude, longitude = lattice.place(columns[None, :], rows[:, None])
     latitude, longitude = np.broadcast_arrays(latitude, longitude)
     heights = relief.heights(directions_at(latitude.ravel(), longitude.ravel())).reshape(count, count)
     up_m = np.radians(latitude) * relief.radius_m
@@ -122,9 +152,11 @@ def _squares(
     level: ColorLevel, relief: Relief, key: tuple[int, int], step: int, sun: Floats | None
 ) -> tuple[Floats, Floats] | None:
     """Light (squares, places, 3) and features (squares, places, k) of squares of a block that are known all over."""
-    cells, across = SIDE // step, SIDE // _SQUARE
-    values = decoded(level.blocks[key]).reshape(cells, step, cells, step, 4).mean(axis=(1, 3), dtype=np.float64)
-    feature = np.moveaxis(_features(_normals(level, relief, key, step)[:, 1:-1, 1:-1], sun), 0, -1)
+    cells, across, pixels = SIDE // step, SIDE // _SQUARE, level.block(key)
+    if pixels is None:
+        return None
+    values = decoded(pixels).reshape(cells, step, cells, step, 4).mean(axis=(1, 3), dtype=np.float64)
+    feature = np.moveaxis(_features(_normals(level.lattice, relief, key, step)[:, 1:-1, 1:-1], sun), 0, -1)
 
     def cut(array: Floats) -> Floats:
         each = cells // across
@@ -153,15 +185,14 @@ def _fit(light: Floats, feature: Floats, flat: Floats) -> Floats:
     return slopes
 
 
-def _shading(
-    level: ColorLevel, relief: Relief, key: tuple[int, int], step: int, sun: Floats | None, slopes: Floats, flat: Floats
-) -> NDArray[np.float32] | None:
+def _shading(fit: SunFit, relief: Relief, key: tuple[int, int]) -> NDArray[np.float32] | None:
     """Light (SIDE, SIDE, 3) of a block's slopes by that of level ground, 1 where no relief is known."""
-    normals = _normals(level, relief, key, step)
+    step = fit.step
+    normals = _normals(fit.lattice, relief, key, step)
     if not np.isfinite(normals).any():
         return None
-    feature = np.moveaxis(_features(normals, sun), 0, -1)
-    shading = np.clip(1.0 + (feature - flat) @ slopes.T, _DARKEST, _BRIGHTEST)
+    feature = np.moveaxis(_features(normals, fit.sun), 0, -1)
+    shading = np.clip(1.0 + (feature - fit.flat) @ fit.slopes.T, _DARKEST, _BRIGHTEST)
     shading = np.where(np.isfinite(shading), shading, 1.0)
     if step > 1:
         at = (np.arange(SIDE) - 0.5 * (step - 1)) / step + 1.0

@@ -1,4 +1,4 @@
-"""Pages of levels that stream, of whatever they hold: slots in memory for those asked for last, and where they come from.
+"""Pages of levels that stream, whatever they hold: slots in memory for those asked for last, and where they come from.
 
 Whoever asks for a page gets it, whether it is in memory or has to be read: answers never depend on what was asked
 before.

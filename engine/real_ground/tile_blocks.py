@@ -20,7 +20,7 @@ from .tile_files import read_part, read_tile
 from .tile_index import TileSet
 from .water_mask import water_of
 
-__all__ = ["SUPER", "MeansBlocks", "TileBlocks", "TilePart", "parts_of", "tiles_by_square"]
+__all__ = ["SUPER", "MeansBlocks", "TileBlocks", "TilePart", "keys_touched", "parts_of", "tiles_by_square"]
 
 log = logging.getLogger(__name__)
 
@@ -130,8 +130,23 @@ def parts_of(
 
 def tiles_by_square(tiles: TileSet, side: int) -> dict[tuple[int, int], list[int]]:
     """Numbers, ascending, of the tiles that touch each square of SUPER x SUPER blocks of `side` samples a side."""
-    side, period = SUPER * side, tiles.lattice.period
     found: dict[tuple[int, int], list[int]] = {}
+    for number, rows, columns in _touched(tiles, SUPER * side):
+        for j in rows:
+            for i in columns:
+                found.setdefault((j, i), []).append(number)
+    return found
+
+
+def keys_touched(tiles: TileSet, side: int) -> Ints:
+    """Blocks (N, 2) of `side` samples a side that tiles touch, sorted."""
+    found = {(j, i) for _, rows, columns in _touched(tiles, side) for j in rows for i in columns}
+    return np.array(sorted(found), dtype=np.int64).reshape(-1, 2)
+
+
+def _touched(tiles: TileSet, side: int) -> Iterator[tuple[int, range, set[int]]]:
+    """Of each tile its number, and rows and columns of the squares of `side` samples a side that it touches."""
+    period = tiles.lattice.period
     for number, (column, row, columns, rows) in enumerate(tiles.where.tolist()):
         across: set[int] = set()
         for turn in (-period, 0, period) if period else (0,):
@@ -140,10 +155,7 @@ def tiles_by_square(tiles: TileSet, side: int) -> dict[tuple[int, int], list[int
                 west, east = max(west, 0), min(east, period)
             if west < east:
                 across |= set(range(west // side, (east - 1) // side + 1))
-        for j in range(row // side, (row + rows - 1) // side + 1):
-            for i in across:
-                found.setdefault((j, i), []).append(number)
-    return found
+        yield number, range(row // side, (row + rows - 1) // side + 1), across
 
 
 class MeansBlocks(_Blocks):
