@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .color_ground import ColorSet, composed
-from .color_reading import color_levels, color_plans, read_pixels
+from .color_pixels import color_levels, color_plans, read_pixels
 from .found import Found
 from .tile_folders import TileFolder
 from .tile_index import folder_sets, folder_stamp
