@@ -54,9 +54,9 @@ def _bytes(pixels: float) -> int:
 
 
 def level_bytes(pixels: float) -> int:
-    """About what a level takes, with its margins: pages around those that have pixels, too."""
+    """About what a level takes, with its margins."""
     side = max(pixels, 1.0) ** 0.5 / SIDE
-    return int((side + 3.0) ** 2 * _PAGE_BYTES)
+    return int((side + 1.5) ** 2 * _PAGE_BYTES)
 
 
 def next_pixels(lattice: Lattice) -> int:

@@ -23,7 +23,15 @@ from .tile_files import read_tile
 from .tile_index import TileSet, open_tiles, tiles_stamp
 from .water_mask import water_of
 
-__all__ = ["MOST_LEVELS", "forget_ground", "make_ground", "real_ground", "resident_ground", "streamed_ground"]
+__all__ = [
+    "MOST_LEVELS",
+    "files_of",
+    "forget_ground",
+    "make_ground",
+    "real_ground",
+    "resident_ground",
+    "streamed_ground",
+]
 
 log = logging.getLogger(__name__)
 
@@ -58,6 +66,13 @@ def forget_ground() -> None:
     with _reading:
         _in_use.clear()
         _last.clear()
+
+
+def files_of(ground: RealGround) -> tuple[object, ...] | None:
+    """What tells other processes whether the files of a map are the same; None of ground that was not read here."""
+    with _reading:
+        known = ((most, stamp, streams) for (most, stamp, streams), each in _in_use.items() if each is ground)
+        return min(known, key=repr, default=None)
 
 
 def _read_ground(path: str, stamp: tuple[object, ...], most_bytes: int, what: str, streams: bool) -> RealGround:

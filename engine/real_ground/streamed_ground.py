@@ -169,22 +169,22 @@ def first_in_memory(
     """Of each set the finest level that is in memory whole: the smallest levels of all sets are, as long as they fit
     into their share. The coarsest of each always is. bytes_of: a level of so many samples; next_of: how many samples
     of a level make one of the next, 0: it is the last."""
-    sizes: list[tuple[int, int, int]] = []
+    sizes: list[tuple[int, int, int]] = []  # the coarsest of alike ones first
     found = []
     for number, tiles in enumerate(sets):
         samples, lattice, k = float(tiles.samples), tiles.lattice, 0
         while True:
-            sizes.append((bytes_of(samples), number, k))
+            sizes.append((bytes_of(samples), number, -k))
             factor = next_of(lattice)
             if not factor:
                 break
             samples, lattice, k = samples / factor**2, lattice.coarser(factor), k + 1
         found.append(k)
-    left = _RESIDENT * most_bytes - sum(size for size, number, k in sizes if k == found[number])
+    left = _RESIDENT * most_bytes - sum(size for size, number, k in sizes if -k == found[number])
     for size, number, k in sorted(sizes):
-        if k == found[number] - 1 and size <= left:
+        if -k == found[number] - 1 and size <= left:
             left -= size
-            found[number] = k
+            found[number] = -k
     return found
 
 

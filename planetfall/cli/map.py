@@ -151,8 +151,8 @@ def make_command(folder: Folder, *, kind: Literal["heights", "colors"] | None = 
             ground, file = make_ground(folder, most_bytes, "map", progress, streams=True)
             levels = [_level(level, level.nbytes) for level in ground.levels]
         else:
-            colors, file = make_colors(folder, DISPLAY_NM, most_bytes, "map", progress)
-            levels = [_level(level, level.pixels.nbytes) for each in colors.sets for level in each.levels]
+            colors, file = make_colors(folder, DISPLAY_NM, most_bytes, "map", progress, streams=True)
+            levels = [_level(level, level.nbytes) for each in colors.sets for level in each.levels]
     table = Table("level", "samples apart", "pages", "MB", box=None)
     for number, (apart_m, pages, size) in enumerate(levels):
         table.add_row(str(number), _apart(apart_m), f"{pages:,}", f"{size / 1e6:.1f}" if size else "on disk")

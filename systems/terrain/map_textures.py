@@ -12,8 +12,10 @@ from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UN
 from ...engine.gpu import GpuScope
 from ...engine.real_ground.color_ground import ColorGround
 from ...engine.real_ground.real_ground import RealGround
+from ...engine.real_ground.streamed_colors import StreamedColors
 from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.surface.cube_map import CubeMap
+from .color_stream import ColorStream
 from .height_map import HeightMap
 from .real_colors import color_texels, pictured_width_bits
 from .real_stream import RealStream
@@ -34,12 +36,19 @@ class MapTextures:
         self._radius_m = 0.0
         self.stream: RealStream | None = None
         """Brings the pages of real ground that streams."""
+        self.color_stream: ColorStream | None = None
+        """Brings those of pictures."""
+
+    @property
+    def streams(self) -> list[RealStream | ColorStream]:
+        """What brings pages."""
+        return [each for each in (self.stream, self.color_stream) if each is not None]
 
     def release(self) -> None:
         """What the scope doesn't own."""
-        if self.stream is not None:
-            self.stream.release()
-            self.stream = None
+        for each in self.streams:
+            each.release()
+        self.stream = self.color_stream = None
 
     def show(
         self,
@@ -47,9 +56,10 @@ class MapTextures:
         color: CubeMap | ColorGround | None,
         rivers: RiverTable | None = None,
         radius_m: float = 0.0,
+        highest_m: float = 0.0,
     ) -> None:
         """Make the textures of these, unless they are there already, and free those of others. radius_m: of the
-        planet, for tiles."""
+        planet, highest_m: of its ground, for tiles."""
         for k, tiles in enumerate((height, color)):
             if isinstance(tiles, (RealGround, ColorGround)) and radius_m != self._radius_m:
                 self._shown[k] = None  # its places are counted on the sphere
@@ -62,6 +72,9 @@ class MapTextures:
             if k == 0 and self.stream is not None:
                 self.stream.release()
                 self.stream = None
+            if k == 1 and self.color_stream is not None:
+                self.color_stream.release()
+                self.color_stream = None
             self._shown[k], self._textures[k] = found, None
             if isinstance(found, HeightMap):
                 picture = found.cube.atlas()
@@ -72,6 +85,9 @@ class MapTextures:
             elif isinstance(found, RealGround):
                 words = real_texels(found, fixed_unit_m(radius_m), radius_m)
                 self._textures[k] = self._gpu.texture(words.shape[::-1], "r32ui", words)
+            elif isinstance(found, StreamedColors):
+                self.color_stream = ColorStream(self._gpu, found, radius_m, highest_m)
+                self._textures[k] = self.color_stream.texture
             elif isinstance(found, ColorGround):
                 words = color_texels(found, radius_m)
                 self._textures[k] = self._gpu.texture(words.shape[::-1], "r32ui", words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, NamedTuple
@@ -31,6 +32,7 @@ from ...engine.gpu.cell_mesh import CellMesh
 from ...engine.gpu.upsample_shaded import UpsampleShaded
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.methods import Methods
+from ...engine.real_ground.streamed_colors import StreamedColors
 from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.settings import SettingError, Settings, revision, with_overrides
 from ...engine.system import Setup, System
@@ -208,13 +210,15 @@ class TerrainSystem(System):
         if stamp == self._field_revision:
             return
         self._field_revision = stamp
-        self._provide_sources(params)
-        self._maps.show(params.real or params.height_map, color, params.waters, params.radius_m)
+        self._provide_sources(params, isinstance(color, StreamedColors))
+        field = TerrainField(params)
+        height = params.real or params.height_map
+        self._maps.show(height, color, params.waters, params.radius_m, field.highest_m)
         self.structure += self._watered != (params.waters is not None)
-        self._ground = Ground(params, TerrainField(params), stamp, self._complete_table)
+        self._ground = Ground(params, field, stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
 
-    def _provide_sources(self, params: TerrainParams) -> None:
+    def _provide_sources(self, params: TerrainParams, colors_stream: bool) -> None:
         """Contract ``height_sources``: shaders of the ground leave out what it is not made of."""
         wanted = {
             "CRATERED": params.craters > 0.0,
@@ -223,6 +227,7 @@ class TerrainSystem(System):
             "STREAMED": isinstance(params.real, StreamedGround),
             "COLORED": params.colored,
             "PICTURED": params.pictured,
+            "PICTURES_STREAMED": colors_stream,
             "RIVERS": params.waters is not None,
             "CARVED": params.rivers is not None,
             "ERODED": params.erosion > 0.0,
@@ -286,9 +291,9 @@ class TerrainSystem(System):
         view.material.bind()
 
     def _stream(self, frame: Frame) -> None:
-        """Pages of real ground that the view needs."""
-        stream = self._maps.stream
-        if stream is None or frame.frozen:
+        """Pages of real ground and of its pictures that the view needs."""
+        streams = self._maps.streams
+        if not streams or frame.frozen:
             return
         camera = frame.camera
         away_m = float(np.linalg.norm(camera.position_m))
@@ -299,7 +304,8 @@ class TerrainSystem(System):
             float(np.arctan(np.hypot(*tangents))),
         )  # fmt: skip
         spacing_rad = HEIGHTS_FINER * _CLOSEST * float(frame.settings["terrain.edge_px"]) * frame.pixel_rad
-        stream.update(frame.view, eye, spacing_rad, frame.dt_s, frame.settling or frame.one_shot, frame.cut)
+        for stream in streams:
+            stream.update(frame.view, eye, spacing_rad, frame.dt_s, frame.settling or frame.one_shot, frame.cut)
 
     def _octaves_key(self, proxy: Proxy) -> OctavesKey:
         return OctavesKey(proxy.generation, self._ground.revision, self._component.color_map_strength)
@@ -531,8 +537,8 @@ class TerrainSystem(System):
         )
 
     def settled(self, view: View) -> bool:
-        streams = self._maps.stream
-        return (streams is None or streams.settled(view)) and self.backend.settled(view) and not self._solving()
+        there = all(stream.settled(view) for stream in self._maps.streams)
+        return there and self.backend.settled(view) and not self._solving()
 
     def _solving(self) -> bool:
         """Whether rivers of the ground are still being solved."""
@@ -542,15 +548,14 @@ class TerrainSystem(System):
         # Whoever waits for pictures to settle need not draw while rivers are solved.
         if self._solving():
             return 0.5 * source.progress(_WAIT_S)
-        streams = self._maps.stream
-        return self.backend.progress(view) * (1.0 if streams is None else streams.progress())
+        return self.backend.progress(view) * math.prod(stream.progress() for stream in self._maps.streams)
 
     def refining(self, view: View) -> str:
         if self._solving():
             return "rivers"
-        streams = self._maps.stream
-        if streams is not None and not streams.settled(view):
-            return f"real ground {100.0 * streams.progress():.0f} %"
+        for stream in self._maps.streams:
+            if not stream.settled(view):
+                return f"{stream.what} {100.0 * stream.progress():.0f} %"
         return "" if self.backend.settled(view) else f"ground {100.0 * self.backend.progress(view):.0f} %"
 
     def statistics(self) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Pictures of the ground that don't fit into their budget: the same colours, page by page; what is kept, what breaks."""
+"""Pictures of the ground that don't fit into their budget: the same colours, page by page; what is kept and breaks."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@
 struct ColorsLevel {
     TerrainRealLevel lattice;   // as far as places need it
     int table, mask;            // of its pages: the first word, and one less than there are
+    int streamed;               // whether its pages come and go
 };
 
 // What pictures show at a place: albedo times weight, and the weight; coarse: 0 where pixels of pictures are as fine as
@@ -44,6 +45,7 @@ ColorsLevel colors_level(int k) {
     level.lattice.page_columns = colors_word(word + 9);
     level.table = colors_word(word + 10);
     level.mask = colors_word(word + 11);
+    level.streamed = colors_word(word + 13);
     return level;
 }
 
@@ -73,8 +75,21 @@ vec4 colors_texel_value(ivec2 at) {
     return vec4(shares.rgb * shares.rgb, shares.a);
 }
 
-// One level at D, whose place is p, linear between pixels.
-vec4 colors_sample(ColorsLevel level, vec3 D, vec3 p) {
+#ifdef TERRAIN_PICTURES_STREAMED
+// What a page that streams weighs between its corners. pixels: in the page.
+float colors_there(int record, vec2 pixels) {
+    int word = colors_word(2) + 4 * ((record - colors_word(1)) / COLORS_POOL_RECORD);
+    vec4 corners = vec4(colors_number(word), colors_number(word + 1), colors_number(word + 2), colors_number(word + 3));
+    vec2 t = clamp(pixels * vec2(colors_number(record + COLORS_COLUMNS), 1.0 / float(COLORS_SIDE)), 0.0, 1.0);
+    t = t * t * (3.0 - 2.0 * t);
+    return mix(mix(corners.x, corners.y, t.x), mix(corners.z, corners.w, t.x), t.y);
+}
+
+#endif
+
+// One level at D, whose place is p, linear between pixels. there: below 1 where its page comes or goes or is missing.
+vec4 colors_sample(ColorsLevel level, vec3 D, vec3 p, out float there) {
+    there = 1.0;
     ivec2 about = real_about(level.lattice, p), page = ivec2(about.x / COLORS_SIDE, max(about.y, 0) / COLORS_SIDE);
     if (about.x < 0) page.x = -((COLORS_SIDE - 1 - about.x) / COLORS_SIDE);
     vec2 pixels = vec2(0.0);
@@ -84,6 +99,15 @@ vec4 colors_sample(ColorsLevel level, vec3 D, vec3 p) {
     do {
         record = colors_record(level, page);
         if (record < 0) break;
+#ifdef TERRAIN_PICTURES_STREAMED
+        if (level.streamed != 0) {
+            record = colors_word(record + 2);
+            if (record < 0) {
+                there = 0.0;
+                break;
+            }
+        }
+#endif
         ivec3 whole = ivec3(colors_word(record + 5), colors_word(record + 6), colors_word(record + 7));
         vec3 part = vec3(colors_number(record + 8), colors_number(record + 9), colors_number(record + 10));
         vec3 c = (vec3(whole) + part) * unit_m;
@@ -99,6 +123,9 @@ vec4 colors_sample(ColorsLevel level, vec3 D, vec3 p) {
     } while (++tries < 3);
     if (record < 0) return vec4(0.0);
     vec2 f = pixels - floor(pixels);
+#ifdef TERRAIN_PICTURES_STREAMED
+    if (level.streamed != 0) there = colors_there(record, vec2(cell) + f);
+#endif
     int slot = colors_word(record + 2), bits = terrain_table.color.levels - COLORS_SLOT_BITS;
     ivec2 corner = ivec2(slot & ((1 << bits) - 1), slot >> bits) << COLORS_SLOT_BITS;
     ivec2 at = corner + clamp(cell + COLORS_BEFORE, ivec2(0), ivec2((1 << COLORS_SLOT_BITS) - 2));
@@ -120,10 +147,16 @@ ColorsSeen terrain_colors(vec3 D, float footprint_rad) {
         while (low < last && colors_octave(low + 1) <= octave) ++low;
         float from = colors_octave(low), t = low < last ? (octave - from) / (colors_octave(low + 1) - from) : 0.0;
         vec4 found = vec4(0.0);
-        int side = 0, sides = t > 0.0 ? 2 : 1;
+        // What pages that are missing leave, coarser levels show.
+        float left = 1.0 - t, there;
+        int level = low;
         do {
-            found += (side == 0 ? 1.0 - t : t) * colors_sample(colors_level(low + side), D, p);
-        } while (++side < sides);
+            vec4 one = colors_sample(colors_level(level), D, p, there);
+            float part = left * there;
+            found += part * one;
+            left -= part;
+            if (level == low) left += t;
+        } while (++level <= last && left > 0.0);
         seen.albedo += rest * found.rgb;
         seen.coarse += rest * found.a * clamp(-0.5 * log2(max(pixels, 1e-9)), 0.0, 1.0);
         rest *= found.a > COLORS_WHOLE ? 0.0 : 1.0 - found.a;
