@@ -1,4 +1,5 @@
-"""Suite maps: elevation from tiles: how fast they are found and read, how exact heights are, what a height costs."""
+"""Suite maps: elevation and pictures from tiles: how fast they are found and read, how exact heights are, what a height
+costs."""
 
 from __future__ import annotations
 
@@ -13,15 +14,24 @@ from pathlib import Path
 import numpy as np
 
 from ... import Camera, Scene, Terrain, direction, load_scene
+from ...engine.real_ground.color_files import read_color_tile
+from ...engine.real_ground.color_pixels import roots_of
+from ...engine.real_ground.color_reading import real_colors
 from ...engine.real_ground.lattice import directions_at
 from ...engine.real_ground.limited_cubic import OVERSHOOT
 from ...engine.real_ground.resident import real_ground, resident_ground
+from ...engine.real_ground.streamed_color_level import StreamedColorLevel
+from ...engine.real_ground.streamed_colors import StreamedColors
 from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.real_ground.streamed_level import StreamedLevel
+from ...engine.real_ground.tile_folders import COLORS
 from ...engine.real_ground.tile_index import open_tiles
+from ...engine.wavelengths import DISPLAY_NM
 from ...systems.terrain.height import TerrainParams, height
+from ...systems.terrain.real_colors import color_layout
 from ..measure import descent
 from ..measure.frames import RUN_UP, turning
+from ..measure.pictures import first_tile, processor_times, write_pictures
 from ..measure.tiles import hgt_heights, write_empty, write_tiles
 from ..session import Bench, Session
 from ..target import at_most
@@ -31,6 +41,8 @@ _MOST_BYTES = 256_000_000
 _SOUTH, _WEST = 46, 7
 _FEW_BYTES = 32_000_000
 """Of which most levels of one or two tiles of 1 arc second stream."""
+_ZOOM, _FEW_PIXELS = 15, 32_000_000
+"""Pixels of 3.3 m; a fraction of what the tiles take."""
 _SPEED_M_S, _ABOVE_M = 300.0, 100.0
 
 
@@ -187,6 +199,90 @@ def maps_flight(session: Session) -> None:
             scene.release()
 
 
+def maps_pictures(session: Session) -> None:
+    """Tiles of pictures in a fraction of the memory that they want: decoded, read once, pages of them as in
+    maps.pages; a frame's processor time with them and without by turns; and the flight of maps.flight over them."""
+    across, down = session.runs(40, 16), session.runs(24, 12)
+    with _folder() as folder:
+        x, y = first_tile(_ZOOM, _SOUTH + 0.5, _WEST + 0.2)
+        write_pictures(folder, _ZOOM, (x - 4, y - down // 2), across, down)
+        tiles = open_tiles(str(folder), "bench", kind=COLORS)[0]
+        start, count = time.process_time(), min(len(tiles), 64)
+        for number in range(count):
+            roots_of(read_color_tile(*tiles.tile(number)), DISPLAY_NM)
+        session.row("tiles decoded", error=count / (time.process_time() - start), error_unit="tiles/s", tiles=count)
+        start = time.process_time()
+        colors = real_colors(str(folder), DISPLAY_NM, _FEW_PIXELS, "bench", streams=True)
+        assert isinstance(colors, StreamedColors)
+        seconds = time.process_time() - start
+        session.row(
+            "tiles read once", error=len(tiles) / seconds, error_unit="tiles/s", megabytes=colors.resident_bytes / 1e6,
+            whole_mb=5.33e-6 * tiles.samples, budget_mb=_FEW_PIXELS / 1e6,
+        )  # fmt: skip
+        _picture_pages(session, colors)
+        _picture_frames(session, folder)
+        _picture_flight(session, folder, colors)
+
+
+def _picture_pages(session: Session, colors: StreamedColors) -> None:
+    level, count = colors.sets[0].levels[0], session.runs(128, 32)
+    assert isinstance(level, StreamedColorLevel)
+    inner = np.arange(len(level.where))[len(level.where) // 4 :]
+    for name, ahead, first in (("made", False, 0), ("made by the square", True, 1), ("read again", True, 1)):
+        start = time.process_time()
+        for number in inner[first * count : (first + 1) * count].tolist():
+            level.source.page(*level.where[number].tolist(), ahead=ahead)
+        session.row(f"pages {name}", error=count / (time.process_time() - start), error_unit="pages/s")
+
+
+def _pictured(folder: Path, most_mb: float) -> Scene:
+    scene = load_scene("earth")
+    ground = scene.planet[Terrain]
+    ground.rivers = 0.0
+    if most_mb:
+        ground.color_map_most_mb, ground.color_map = most_mb, str(folder)
+    return scene
+
+
+def _picture_frames(session: Session, folder: Path) -> None:
+    size, camera = (640, 360), Camera.at(_SOUTH + 0.5, _WEST + 0.25, 300.0, pitch_deg=-25.0, above="ground")
+    with ExitStack() as stack:
+        frames = {}
+        for name, most_mb in (("bare", 0.0), ("in memory", 256.0), ("streamed", 1e-6 * _FEW_PIXELS)):
+            renderer = stack.enter_context(session.renderer(_pictured(folder, most_mb), size, "medium"))
+            frames[name] = turning(renderer, camera)
+        found = processor_times(frames, session.runs(30, 8), RUN_UP)
+        for name in ("in memory", "streamed"):
+            session.row(
+                f"frame with pictures {name} over without", size=size, error=found[name] / found["bare"],
+                error_unit="times", target=at_most(1.5, "times"), cpu_ms=found[name], bare_cpu_ms=found["bare"],
+            )  # fmt: skip
+
+
+def _picture_flight(session: Session, folder: Path, colors: StreamedColors) -> None:
+    size, frames, frame_s = (320, 180), session.runs(300, 60), 1.0 / 30.0
+    for name, most_mb in (("streamed", 1e-6 * _FEW_PIXELS), ("in memory", 256.0), ("bare", 0.0)):
+        scene = _pictured(folder, most_mb)
+        flight = _along(scene, frames, frame_s)
+        with session.renderer(scene, size, "medium") as renderer:
+            flown = descent.fly_timed(renderer, flight)[1:]
+        clock, used = (descent.percentiles(flown, frame_s, cpu) for cpu in (False, True))
+        session.row(
+            f"flight, pictures {name}: worst frame over the median", size=size, error=clock.worst_over_median,
+            of_cpu=used.worst_over_median, p99=clock.p99_over_median, p50_ms=clock.p50_ms, frames=frames,
+            upload_mb=float(np.median([work.upload_bytes for work in flown])) / 1e6,
+            most_upload_mb=max(work.upload_bytes for work in flown) / 1e6,
+            resident_mb=colors.resident_bytes / 1e6 if name == "streamed" else 0.0,
+            gpu_mb=4e-6 * _texels(colors) if name == "streamed" else 0.0,
+        )  # fmt: skip
+        scene.release()
+
+
+def _texels(colors: StreamedColors) -> int:
+    layout = color_layout(colors)
+    return layout.rows << layout.width_bits
+
+
 def _along(scene: Scene, frames: int, frame_s: float) -> descent.Flight:
     """To the east through the middle of the tiles."""
     step_deg = np.degrees(_SPEED_M_S * frame_s / scene.planet.radius_m) / np.cos(np.radians(_SOUTH + 0.5))
@@ -210,4 +306,5 @@ BENCHES: Mapping[str, Bench] = {
     "frame": maps_frame,
     "pages": maps_pages,
     "flight": maps_flight,
+    "pictures": maps_pictures,
 }

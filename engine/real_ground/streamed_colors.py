@@ -36,7 +36,7 @@ from .streamed_color_level import ColorPool, streamed_color_level
 from .tile_blocks import keys_touched
 from .tile_index import TileSet
 
-__all__ = ["ColorStreamFiles", "Reading", "StreamedColors", "streamed_colors"]
+__all__ = ["ColorStreamFiles", "Reading", "StreamedColors", "read_color_set", "streamed_colors"]
 
 log = logging.getLogger(__name__)
 
@@ -210,7 +210,7 @@ def streamed_colors(
     found = files.load(sets)
     if found is None:
         found = [
-            _read_set(raw, first, files, number, reading, progress)
+            read_color_set(raw, first, files, number, reading, progress)
             for number, (raw, first) in enumerate(zip(raws, firsts, strict=True))
         ]
         files.save(found)
@@ -258,7 +258,7 @@ def _levels(
     return (*levels, *whole), (*octaves, *(first + octave for octave in after))
 
 
-def _read_set(
+def read_color_set(
     raw: TilePixels, first_whole: int, files: ColorStreamFiles, number: int, reading: Reading,
     progress: Progress | None,
 ) -> _Kept | None:  # fmt: skip

@@ -204,7 +204,8 @@ def test_make_keeps_pictures(tmp_path, monkeypatch, capsys):
     assert main(["map", "make", str(tmp_path / "fields"), "--memory-mb", "64"]) == 0
     file = capsys.readouterr().out.splitlines()[-1]
     assert file.endswith(".npz") and file.startswith(str(tmp_path / "cache"))
-    monkeypatch.setattr("planetfall.engine.real_ground.color_reading.read_color_tile", None)
+    for reader in ("color_pixels", "color_blocks"):
+        monkeypatch.setattr(f"planetfall.engine.real_ground.{reader}.read_color_tile", None)
     kept = real_colors(str(tmp_path / "fields"), DISPLAY_NM, 64_000_000, "map")
     assert len(kept.sets) == 1 and kept.sets[0].octaves == read.sets[0].octaves
     for a, b in zip(kept.sets[0].levels, read.sets[0].levels, strict=True):

@@ -154,7 +154,7 @@ def test_tiles_are_read_once(tmp_path, monkeypatch):
     points, footprint = places(300, *BOX), np.full(300, 1e-9)
     expected = made.sample(points, footprint)[0]
     forget_colors()
-    monkeypatch.setattr(streaming, "_read_set", lambda *a: pytest.fail("read again"))
+    monkeypatch.setattr(streaming, "read_color_set", lambda *a: pytest.fail("read again"))
     again = streamed(folder)
     assert again is not made
     np.testing.assert_array_equal(again.sample(points, footprint)[0], expected)
