@@ -202,7 +202,7 @@ def maps_flight(session: Session) -> None:
 def maps_pictures(session: Session) -> None:
     """Tiles of pictures in a fraction of the memory that they want: decoded, read once, pages of them as in
     maps.pages; a frame's processor time with them and without by turns; and the flight of maps.flight over them."""
-    across, down = session.runs(40, 16), session.runs(24, 12)
+    across, down = session.runs(36, 16), session.runs(20, 12)
     with _folder() as folder:
         x, y = first_tile(_ZOOM, _SOUTH + 0.5, _WEST + 0.2)
         write_pictures(folder, _ZOOM, (x - 4, y - down // 2), across, down)

@@ -194,6 +194,12 @@ class Device:
         self.work.uploads += 1
         self.work.upload_bytes += len(data) if isinstance(data, (bytes, bytearray)) else data.nbytes
 
+    def upload_part(self, texture: moderngl.Texture, data: bytes, part: tuple[int, int, int, int]) -> None:
+        """Write texels into a part (column, row, width, height) of a texture, counted in work.uploads."""
+        texture.write(data, viewport=part)
+        self.work.uploads += 1
+        self.work.upload_bytes += len(data)
+
     def clear(self, target: moderngl.Framebuffer, depth: float) -> None:
         """Fill the framebuffer of ours that is bound: zeros in all colours, integers too, and one depth. The state has
         to let both be written."""

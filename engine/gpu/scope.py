@@ -40,7 +40,7 @@ class GpuScope:
         # What is the GPU's, at hand: see Gpu.
         self.ctx, self.gl, self.caps, self.shaders = gpu.ctx, gpu.gl, gpu.caps, gpu.shaders
         self.state, self.barrier, self.apart, self.upload = gpu.state, gpu.barrier, gpu.apart, gpu.upload
-        self.clear, self.copy_color = gpu.clear, gpu.copy_color
+        self.clear, self.copy_color, self.upload_part = gpu.clear, gpu.copy_color, gpu.upload_part
         self._objects: dict[int, tuple[str, Any]] = {}
         self._parts: list[GpuScope] = []
         self.released = False

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ...engine.gpu import GpuScope
 from ...engine.real_ground.color_ground import SLOT
@@ -31,7 +28,6 @@ class ColorStream(PageStream[Pixels]):
         self._radius_m = radius_m
         self._layout = color_layout(colors)
         words = color_texels(colors, radius_m)
-        self.texture: Any = gpu.texture(words.shape[::-1], "r32ui", words)
         self._colors: dict[int, StreamedColorLevel] = {}
         levels, number = {}, 0
         for each in colors.sets:
@@ -43,24 +39,14 @@ class ColorStream(PageStream[Pixels]):
                     reach = ColorReach(level, number, SIDE, factor, radius_m, highest_m)
                     levels[number] = LevelPages(level, reach)
                 number += 1
-        super().__init__(levels, self._layout.pool, _PAGES_A_FRAME, "terrain-pictures")
+        super().__init__(gpu, words, self._layout, levels, _PAGES_A_FRAME, "terrain-pictures")
 
     def show(self, key: Key, page: Pixels, slots: list[int]) -> None:
         layout, slot = self._layout, slots[0]
-        self._write(page, *layout.slot(layout.first_slot + slot), SLOT, SLOT)
+        self.write(page, *layout.slot(layout.first_slot + slot), SLOT, SLOT)
         record = pool_record(self._colors[key[0]], key[1], self._radius_m, layout.first_slot + slot)
-        self._write(record, *layout.place(layout.first_record + POOL_RECORD * slot), POOL_RECORD, 1)
+        self.write(record, *layout.place(layout.first_record + POOL_RECORD * slot), POOL_RECORD, 1)
 
     def tell(self, level: int, page: int, record: int) -> None:
         word = -1 if record < 0 else self._layout.first_record + POOL_RECORD * record
-        self._write(np.array([word], np.int32), *self._layout.place(stub_word(self._layout, level, page)), 1, 1)
-
-    def write_corners(self, corners: NDArray[np.float32]) -> None:
-        width = 1 << self._layout.width_bits
-        rows = -(-corners.size // width)
-        words = np.zeros(rows * width, np.float32)
-        words[: corners.size] = corners.ravel()
-        self._write(words, *self._layout.place(self._layout.first_fade), width, rows)
-
-    def _write(self, values: NDArray[Any], x: int, y: int, width: int, height: int) -> None:
-        self.texture.write(np.ascontiguousarray(values).tobytes(), viewport=(x, y, width, height))
+        self.write(np.array([word], np.int32), *self._layout.place(stub_word(self._layout, level, page)), 1, 1)

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.frame import View
+from ...engine.gpu import GpuScope
 from .real_wanted import Eye, PageReach, ReachedLevel
 
 __all__ = ["Key", "LevelPages", "PageStream"]
@@ -28,6 +29,7 @@ Ints = NDArray[np.int64]
 Key = tuple[int, int]
 """Number of the level, and of the page."""
 P = TypeVar("P")
+P_co = TypeVar("P_co", covariant=True)
 
 _UNDER_WAY = 8
 _NEAR_PX = 8.0
@@ -72,8 +74,8 @@ class _Wants:
         )
 
 
-class _Level(ReachedLevel, Protocol[P]):
-    def page(self, number: int, ahead: bool = False) -> P | None: ...
+class _Level(ReachedLevel, Protocol[P_co]):
+    def page(self, number: int, ahead: bool = False) -> P_co | None: ...
 
     def empty(self, numbers: Ints) -> NDArray[np.bool_]: ...
 
@@ -118,18 +120,39 @@ class LevelPages(Generic[P]):
         return np.minimum(both[:, :2], both[:, 1:]).reshape(-1, 4).astype(np.float32)
 
 
+class _Layout(Protocol):
+    """Of the texture. pool: slots of pages that come and go; first_fade: the word of what they weigh."""
+
+    @property
+    def width_bits(self) -> int: ...
+
+    @property
+    def pool(self) -> int: ...
+
+    @property
+    def first_fade(self) -> int: ...
+
+    def place(self, word: int) -> tuple[int, int]: ...
+
+
 class PageStream(Generic[P]):
-    """One planet's. levels: by their numbers; pool: slots that there are; most_taken: pages in a frame that somebody
-    looks at; name: of the threads. What a page holds, and where in which texture, those say that are made of it."""
+    """One planet's. texels: of the texture of words at first; levels: by their numbers; most_taken: pages in a frame
+    that somebody looks at; name: of the threads. What a page holds, and where it lies, those say that are made of
+    it."""
 
     what = "pages"
     """What they are of, for progress."""
 
-    def __init__(self, levels: dict[int, LevelPages[P]], pool: int, most_taken: int, name: str) -> None:
-        self._levels, self._pool, self._most_taken = levels, pool, most_taken
+    def __init__(
+        self, gpu: GpuScope, texels: NDArray[np.uint32], layout: _Layout, levels: dict[int, LevelPages[P]],
+        most_taken: int, name: str,
+    ) -> None:  # fmt: skip
+        self._gpu, self._words, self._levels = gpu, layout, levels
+        self.texture: Any = gpu.texture(texels.shape[::-1], "r32ui", texels)
+        self._pool, self._most_taken = layout.pool, most_taken
         self._page_m = min(each.reach.side * each.reach.sample_m for each in levels.values())
-        self._free = list(range(pool - 1, -1, -1))
-        self._corners = np.zeros((pool, 4), np.float32)
+        self._free = list(range(layout.pool - 1, -1, -1))
+        self._corners = np.zeros((layout.pool, 4), np.float32)
         self._under_way: dict[Key, Future[P | None]] = {}
         self._wants: WeakKeyDictionary[View, _Wants] = WeakKeyDictionary()
         self._queue: list[Key] = []
@@ -165,13 +188,22 @@ class PageStream(Generic[P]):
         """The table says which record a page has; -1: none."""
         raise NotImplementedError
 
-    def write_corners(self, corners: NDArray[np.float32]) -> None:
-        """What pages (slots, 4) weigh at their corners, by their first slot."""
-        raise NotImplementedError
-
     def changes(self, pages: LevelPages[P], done: Ints, eye: Eye, spacing_rad: float) -> bool:
         """Whether vertices that were made before lack any of pages (N,)."""
         return False
+
+    # -- texture -------------------------------------------------------------------------------------------------------
+
+    def write(self, values: NDArray[Any], x: int, y: int, width: int, height: int) -> None:
+        """Words into a part of the texture."""
+        self._gpu.upload_part(self.texture, np.ascontiguousarray(values).tobytes(), (x, y, width, height))
+
+    def _write_weights(self) -> None:
+        width = 1 << self._words.width_bits
+        rows = -(-self._corners.size // width)
+        words = np.zeros(rows * width, np.float32)
+        words[: self._corners.size] = self._corners.ravel()
+        self.write(words, *self._words.place(self._words.first_fade), width, rows)
 
     # -- frame ---------------------------------------------------------------------------------------------------------
 
@@ -366,4 +398,4 @@ class PageStream(Generic[P]):
             there = pages.there
             if len(there):
                 self._corners[pages.slots[there, 0]] = pages.corners(there)
-        self.write_corners(self._corners)
+        self._write_weights()

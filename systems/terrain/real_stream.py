@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,13 +30,12 @@ class RealStream(PageStream[MadePage]):
         self._radius_m, self._unit_m = radius_m, fixed_unit_m(radius_m)
         self._layout = real_layout(ground)
         words = real_texels(ground, self._unit_m, radius_m)
-        self.texture: Any = gpu.texture(words.shape[::-1], "r32ui", words)
         self._heights = {k: level for k, level in enumerate(ground.levels) if isinstance(level, StreamedLevel)}
         levels = {
             k: LevelPages(level, PageReach(level, k, PAGE, ground.factors[k], radius_m, ground.highest_m))
             for k, level in self._heights.items()
         }
-        super().__init__(levels, self._layout.pool, _PAGES_A_FRAME, "terrain-pages")
+        super().__init__(gpu, words, self._layout, levels, _PAGES_A_FRAME, "terrain-pages")
 
     def slots_of(self, page: MadePage) -> int:
         return 1 if page.weights is None else 2
@@ -51,25 +48,15 @@ class RealStream(PageStream[MadePage]):
         first, layout = self._layout.first_slot, self._layout
         for slot, values in zip(slots, (page.heights, page.weights), strict=False):
             if values is not None:
-                self._write(values, *layout.slot(first + slot), SLOT, SLOT)
+                self.write(values, *layout.slot(first + slot), SLOT, SLOT)
         both = first + slots[0], first + slots[1] if len(slots) > 1 else -1
         level = self._heights[key[0]]
         record = pool_record(level, key[1], page.roughness, both, self._unit_m, self._radius_m)
-        self._write(record, *layout.place(int(layout.words[key[0], 2]) + POOL_RECORD * slots[0]), POOL_RECORD, 1)
+        self.write(record, *layout.place(int(layout.words[key[0], 2]) + POOL_RECORD * slots[0]), POOL_RECORD, 1)
 
     def tell(self, level: int, page: int, record: int) -> None:
         word = int(self._layout.words[level, 1]) + self._heights[level].table_place(page)
-        self._write(np.array([record], np.int32), *self._layout.place(word), 1, 1)
-
-    def write_corners(self, corners: NDArray[np.float32]) -> None:
-        width = 1 << self._layout.width_bits
-        rows = -(-corners.size // width)
-        words = np.zeros(rows * width, np.float32)
-        words[: corners.size] = corners.ravel()
-        self._write(words, *self._layout.place(self._layout.first_fade), width, rows)
+        self.write(np.array([record], np.int32), *self._layout.place(word), 1, 1)
 
     def changes(self, pages: LevelPages[MadePage], done: Ints, eye: Eye, spacing_rad: float) -> bool:
         return bool(pages.reach.shows(done, eye, spacing_rad).any())
-
-    def _write(self, values: NDArray[Any], x: int, y: int, width: int, height: int) -> None:
-        self.texture.write(np.ascontiguousarray(values).tobytes(), viewport=(x, y, width, height))
