@@ -165,7 +165,7 @@ class Terrain:
         1.0,
         900.0,
         "MB",
-        "Memory that tiles of pictures may take, here and on the GPU; what is more is read at a coarser resolution",
+        "Memory that tiles of pictures may take, here and on the GPU; what is more is read as it is looked at",
         cost="memory, and time to read the tiles",
         log=True,
         group="maps",

@@ -41,7 +41,7 @@ _MOST_BYTES = 256_000_000
 _SOUTH, _WEST = 46, 7
 _FEW_BYTES = 32_000_000
 """Of which most levels of one or two tiles of 1 arc second stream."""
-_ZOOM, _FEW_PIXELS = 15, 32_000_000
+_ZOOM, _FEW_PIXELS = 15, 12_000_000
 """Pixels of 3.3 m; a fraction of what the tiles take."""
 _SPEED_M_S, _ABOVE_M = 300.0, 100.0
 

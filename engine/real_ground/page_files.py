@@ -87,7 +87,7 @@ class PageFiles(Generic[P]):
     """The pages of one map. folder: None, there is no cache folder. root: what keeps to the limit."""
 
     def __init__(self, kind: PageKind[P], folder: Path | None, root: Path | None) -> None:
-        self._kind, self._folder, self._root = kind, folder, root
+        self._kind, self.folder, self._root = kind, folder, root
         self._most_bytes = limit_bytes()
         self._taken: int | None = None
         self._touched: dict[Path, float] = {}
@@ -96,10 +96,10 @@ class PageFiles(Generic[P]):
     @property
     def keeps(self) -> bool:
         """Whether there is a folder for them."""
-        return self._folder is not None
+        return self.folder is not None
 
     def _file(self, level: str, j: int, i: int) -> Path | None:
-        return None if self._folder is None else self._folder / f"{level}-{j // SQUARE}-{i // SQUARE}.npz"
+        return None if self.folder is None else self.folder / f"{level}-{j // SQUARE}-{i // SQUARE}.npz"
 
     def load(self, level: str, j: int, i: int) -> tuple[bool, P | None]:
         """Whether the square of the page in row j and column i of pages is there, and the page, None where nothing

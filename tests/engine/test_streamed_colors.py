@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import logging
 from concurrent.futures import ThreadPoolExecutor
@@ -12,11 +13,13 @@ from countries import fields, globe, tile_at, tile_places, write_color_tiff, wri
 
 from planetfall.engine.real_ground import streamed_colors as streaming
 from planetfall.engine.real_ground.color_reading import forget_colors, make_colors, real_colors
+from planetfall.engine.real_ground.color_unlit import Relief
 from planetfall.engine.real_ground.lattice import directions_at
 from planetfall.engine.real_ground.streamed_color_level import StreamedColorLevel
 from planetfall.engine.real_ground.streamed_colors import StreamedColors
 from planetfall.engine.wavelengths import DISPLAY_NM
 
+RADIUS_M = 6.371e6
 WHOLE, FEW = 256_000_000, 3_000_000
 ZOOM, PLACE = 13, (46.5, 7.5)
 ACROSS = 5
@@ -219,3 +222,26 @@ def test_a_tile_that_breaks_while_pages_come(tmp_path, caplog, kind):
     file.write_bytes(data)
     forget_colors()
     equal(streamed(folder), all_of_it, BOX)
+
+
+def test_the_sun_goes_out_by_ground_that_nothing_names(tmp_path, cache):
+    """What was made is kept as long as the map is: in a folder that goes with it."""
+    folder = write_noise(tmp_path / "t")
+
+    def hills(directions):
+        latitude, longitude = np.degrees(np.arcsin(directions[2])), np.degrees(np.arctan2(*directions[1::-1]))
+        return 1000.0 + 80.0 * np.sin(300.0 * latitude) * np.sin(260.0 * longitude)
+
+    relief = Relief(hills, 60.0, RADIUS_M, "hills")
+    few, all_of_it = (
+        real_colors(str(folder), DISPLAY_NM, most, "x", 1.0, relief, streams=True) for most in (FEW, WHOLE)
+    )
+    assert isinstance(few, StreamedColors) and few.index is None and not list(cache.rglob("*.npz"))
+    passing = fine_levels(few)[0].source.files.folder
+    fine_levels(few)[0].page(30, ahead=True)
+    assert passing is not None and any(passing.iterdir())
+    equal(few, all_of_it, BOX)
+    forget_colors()
+    del few
+    gc.collect()
+    assert not passing.exists()
