@@ -205,6 +205,7 @@ def maps_pictures(session: Session) -> None:
     across, down = session.runs(36, 16), session.runs(20, 12)
     with _folder() as folder:
         x, y = first_tile(_ZOOM, _SOUTH + 0.5, _WEST + 0.2)
+        write_tiles(folder.parent / "heights", _SOUTH, _WEST, 1, 1, 1201)
         write_pictures(folder, _ZOOM, (x - 4, y - down // 2), across, down)
         tiles = open_tiles(str(folder), "bench", kind=COLORS)[0]
         start, count = time.process_time(), min(len(tiles), 64)
@@ -238,7 +239,7 @@ def _picture_pages(session: Session, colors: StreamedColors) -> None:
 def _pictured(folder: Path, most_mb: float) -> Scene:
     scene = load_scene("earth")
     ground = scene.planet[Terrain]
-    ground.rivers = 0.0
+    ground.rivers, ground.height_map = 0.0, str(folder.parent / "heights")  # land for pictures to lie on
     if most_mb:
         ground.color_map_most_mb, ground.color_map = most_mb, str(folder)
     return scene
