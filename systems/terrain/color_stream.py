@@ -9,7 +9,8 @@ from ...engine.real_ground.color_ground import SLOT
 from ...engine.real_ground.color_level import SIDE, Pixels
 from ...engine.real_ground.streamed_color_level import StreamedColorLevel
 from ...engine.real_ground.streamed_colors import StreamedColors
-from .page_stream import Key, LevelPages, PageStream
+from .level_pages import LevelPages
+from .page_stream import Key, PageStream
 from .real_colors import POOL_RECORD, color_layout, color_texels, pool_record, stub_word
 from .real_wanted import ColorReach
 

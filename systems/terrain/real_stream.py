@@ -9,7 +9,8 @@ from ...engine.gpu import GpuScope
 from ...engine.real_ground.pages import PAGE, SLOT, MadePage
 from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.real_ground.streamed_level import StreamedLevel
-from .page_stream import Key, LevelPages, PageStream
+from .level_pages import LevelPages
+from .page_stream import Key, PageStream
 from .real_texture import POOL_RECORD, fixed_unit_m, pool_record, real_layout, real_texels
 from .real_wanted import Eye, PageReach
 
