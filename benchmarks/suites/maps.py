@@ -271,7 +271,7 @@ def _picture_flight(session: Session, folder: Path, colors: StreamedColors) -> N
         session.row(
             f"flight, pictures {name}: worst frame over the median", size=size, error=clock.worst_over_median,
             of_cpu=used.worst_over_median, p99=clock.p99_over_median, p50_ms=clock.p50_ms, frames=frames,
-            upload_mb=float(np.median([work.upload_bytes for work in flown])) / 1e6,
+            upload_mb=float(np.mean([work.upload_bytes for work in flown])) / 1e6,
             most_upload_mb=max(work.upload_bytes for work in flown) / 1e6,
             resident_mb=colors.resident_bytes / 1e6 if name == "streamed" else 0.0,
             gpu_mb=4e-6 * _texels(colors) if name == "streamed" else 0.0,
