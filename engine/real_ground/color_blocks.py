@@ -120,6 +120,9 @@ class LevelBlocks(ColorLevel):
     def block(self, key: Key) -> Pixels | None:
         return self._kept.get(key)
 
+    def block_rows(self) -> set[int]:
+        return set(np.unique(self._there >> 32).tolist())  # see names_of
+
     def make(self, key: Key) -> Pixels | None:
         """The block without rows next to poles, None where it has no pixel."""
         raise NotImplementedError

@@ -133,6 +133,10 @@ class ColorLevel:
                 found.blocks[j, i] = mean
         return found
 
+    def block_rows(self) -> set[int]:
+        """Rows of blocks that may have pixels."""
+        return {j for j, _ in self.blocks}
+
     def polar_rows(self) -> dict[int, Pixels]:
         """Rows (period, 4) next to a pole as they have to be: pixels as wide as they are high, means of those along
         the row."""
@@ -140,7 +144,7 @@ class ColorLevel:
         if lattice.mercator or lattice.period < 8:
             return {}
         last = int(np.ceil(lattice.down - lattice.phase_y)) - 1
-        there = {j for j, _ in self.blocks}
+        there = self.block_rows()
         for k in range(min(_POLAR_ROWS, last // 2)):
             wide = int(lattice.across / (2.0 * np.pi * max(k + lattice.phase_y, 0.25)))
             reach = min(wide // 2, (lattice.period - 1) // 2)

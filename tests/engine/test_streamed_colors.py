@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from countries import fields, globe, tile_at, tile_places, write_color_tiff, write_picture
+from geotiffs import of_code, pixel_places, write_geotiff
 
 from planetfall.engine.real_ground import streamed_colors as streaming
 from planetfall.engine.real_ground.color_reading import forget_colors, make_colors, real_colors
@@ -245,3 +246,14 @@ def test_the_sun_goes_out_by_ground_that_nothing_names(tmp_path, cache):
     del few
     gc.collect()
     assert not passing.exists()
+
+
+def test_a_survey_in_another_system_is_the_same(tmp_path):
+    """UTM, interpolated window by window."""
+    pytest.importorskip("tifffile")
+    pytest.importorskip("pyproj")
+    place = (380_000.0, 5_160_000.0, 20.0)
+    longitude, latitude = pixel_places(32632, *place, 1200, 1200)
+    write_geotiff(tmp_path / "t" / "utm.tif", fields(latitude, longitude), of_code(32632), place)
+    few, all_of_it = streamed(tmp_path / "t", 2_000_000), whole(tmp_path / "t")
+    equal(few, all_of_it, (latitude.min(), latitude.max(), longitude.min(), longitude.max()))
