@@ -56,6 +56,14 @@ class HeightGrid:
         """Longitude between columns."""
         return float(np.radians(self.longitude_deg[1] - self.longitude_deg[0]))
 
+    def degrees(self, column: Floats, row: Floats) -> Floats:
+        """(K, 2) longitude and latitude of places between cells (K,), up to a cell beyond the border."""
+        longitude = self.longitude_deg[0] + column * (self.longitude_deg[1] - self.longitude_deg[0])
+        below = np.clip(np.floor(row), 0, len(self.latitude_deg) - 2).astype(np.int64)
+        share = row - below
+        latitude = self.latitude_deg[below] * (1.0 - share) + self.latitude_deg[below + 1] * share
+        return np.stack([longitude, latitude], axis=1)
+
 
 def height_grid(
     path: str,

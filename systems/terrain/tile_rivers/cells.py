@@ -50,9 +50,12 @@ class GridCells:
         """Index of what lies beyond the data."""
         return len(self.row)
 
-    def places(self, cells: Indices) -> Floats:
-        """(K, 2) longitude and latitude of cells' middles, degrees."""
-        return np.stack([self.grid.longitude_deg[self.column[cells]], self.grid.latitude_deg[self.row[cells]]], axis=1)
+    def places(self, cells: Indices, offset: Floats | None = None) -> Floats:
+        """(K, 2) longitude and latitude, degrees, of cells' middles, or of places off them by columns and rows."""
+        column, row = self.column[cells].astype(np.float64), self.row[cells].astype(np.float64)
+        if offset is not None:
+            column, row = column + offset[:, 0], row + offset[:, 1]
+        return self.grid.degrees(column, row)
 
 
 def cells_of(grid: HeightGrid, sea_m: float) -> GridCells:

@@ -16,6 +16,7 @@ from ....engine.real_ground.tile_files import TileError
 from ..drainage.network import YEAR_S
 from ..rivers.widths import WIDTH_BY_ROOT
 from .cells import GridCells, cells_of
+from .courses import MOST_AWAY
 from .outlines import outline, simple_line
 from .reaches import Reach, reaches_of
 from .routes import LakeRules, Routes, routes_of
@@ -48,8 +49,8 @@ class FoundWater:
         """Of GeoJSON: rivers, then lakes."""
         grid = self.cells.grid
         for reach in self.reaches:
-            points = self.cells.places(reach.cells)
-            kept = simple_line(grid, points, _WITHIN_CELLS * _cell_m(grid))
+            points = reach.places
+            kept = simple_line(grid, points, (_WITHIN_CELLS - MOST_AWAY) * _cell_m(grid))
             discharge = self.discharge_m3_s(reach.catchment_m2)
             properties: dict[str, Any] = {
                 "kind": "river",

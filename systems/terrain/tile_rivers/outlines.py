@@ -36,23 +36,12 @@ def outline(cells: GridCells, part: Indices, tolerance_m: float) -> list[Floats]
     mask[row - first[0], column - first[1]] = True
     found = []
     for ring in _rings(mask):
-        places = _degrees(cells.grid, ring[:, 0] + first[1], ring[:, 1] + first[0])
+        places = cells.grid.degrees(ring[:, 0] + first[1], ring[:, 1] + first[0])
         kept = places[simple_line(cells.grid, places, tolerance_m)]
         if len(kept) >= _LEAST_PLACES:
             found.append(kept[::-1])
     # The outer ring has the most westerly place.
     return sorted(found, key=lambda ring: float(ring[:, 0].min()))
-
-
-def _degrees(grid: HeightGrid, column: Floats, row: Floats) -> Floats:
-    step = grid.longitude_deg[1] - grid.longitude_deg[0]
-    longitude = grid.longitude_deg[0] + column * step
-    rows = np.arange(len(grid.latitude_deg))
-    latitude = np.interp(row, rows, grid.latitude_deg)
-    for end, inner, over in ((0, 1, row < 0), (-1, -2, row > rows[-1])):  # half a row beyond the border
-        slope = grid.latitude_deg[end] - grid.latitude_deg[inner]
-        latitude = np.where(over, grid.latitude_deg[end] + slope * np.abs(row - rows[end]), latitude)
-    return np.stack([longitude, latitude], axis=1)
 
 
 def _rings(mask: NDArray[np.bool_]) -> list[Floats]:

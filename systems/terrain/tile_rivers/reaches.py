@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..drainage.routing import Flow
 from .cells import GridCells, Indices
+from .courses import offsets_of
 from .routes import Routes
 
 __all__ = ["Reach", "reaches_of"]
@@ -25,6 +26,8 @@ class Reach:
     the largest, up; into: the river that this one ends in, 0: none."""
 
     cells: Indices
+    places: Floats
+    """(K, 2) longitude and latitude, degrees"""
     level_m: Floats
     """(K,) of the ground, as low as anything upstream"""
     catchment_m2: float
@@ -51,6 +54,8 @@ def reaches_of(cells: GridCells, routes: Routes, springs_m2: float) -> list[Reac
     main = _main(at, receiver, catchment)
     goes_on = np.where(stream & (main[receiver] == np.arange(len(receiver))) & stream[receiver], receiver, -1)
     last = _ends(goes_on)
+    offset = np.zeros((len(receiver), 2))
+    offset[at] = offsets_of(cells, routes.flow, main, at)
     ends = np.unique(last[at])
     ends = ends[np.lexsort((ends, -catchment[ends]))]
     name = np.zeros(len(receiver), dtype=np.int64)
@@ -66,11 +71,9 @@ def reaches_of(cells: GridCells, routes: Routes, springs_m2: float) -> list[Reac
             if len(part) < 2:  # a confluence on the border
                 continue
             lower = part[-1] if part[-1] == way[-1] and receiver[part[-1]] == cells.out else part[-2]
-            found.append(
-                Reach(
-                    part, level_m[part], float(catchment[lower]), river, into, 0, bool(routes.cut[lower]), ends_in,
-                )
-            )  # fmt: skip
+            places = cells.places(part, offset[part])
+            cut = bool(routes.cut[lower])
+            found.append(Reach(part, places, level_m[part], float(catchment[lower]), river, into, 0, cut, ends_in))
     return _ordered(found, levels, receiver, stream)
 
 
@@ -144,9 +147,5 @@ def _ordered(found: list[Reach], levels: list[Indices], receiver: Indices, strea
         order = orders[-1] + (1 if len(orders) > 1 and orders[-1] == orders[-2] else 0)
         if stream[reach.cells[-1]]:
             come.setdefault(int(reach.cells[-1]), []).append(order)
-        with_order.append(
-            Reach(
-                reach.cells, reach.level_m, reach.catchment_m2, reach.river, reach.into, order, reach.cut, reach.ends,
-            )
-        )  # fmt: skip
+        with_order.append(replace(reach, order=order))
     return sorted(with_order, key=lambda reach: (reach.river, int(rank[reach.cells[0]]), int(reach.cells[0])))
