@@ -27,8 +27,8 @@ class GridCells:
     """Cells with a height, (N,) in the order of rows, and one more, the last: what lies beyond the data.
 
     height_m: as the grid has it; routed_m: the same with a hint of the ground's broad shape; sea: cells that water
-    ends at, the last is one. neighbours, distance_m (N + 1, 9): the ninth is the way out, infinitely long, so that it
-    is taken where there is none down. area_m2: 0 in the sea.
+    ends at, the last is one. neighbours, distance_m (N + 1, 9): the ninth is the way out, infinitely long where another
+    leads down, away from the border. area_m2: 0 in the sea.
     """
 
     grid: HeightGrid
@@ -83,10 +83,24 @@ def cells_of(grid: HeightGrid, sea_m: float) -> GridCells:
     border = np.append((neighbours[:-1, :-1] < 0).any(axis=1), False) & ~sea
     neighbours[border, -1] = count
     distance[:, -1] = np.inf
+    distance[_leaving(routed, neighbours, distance, border), -1] = 1.0
     strip = np.abs(np.diff(np.sin(np.radians(grid.edge_deg)))) * (per_m * grid.radius_m)
     area = np.append(strip[row], 0.0)
     area[sea] = 0.0
     return GridCells(grid, number, row, column, height, routed, sea, neighbours, distance, area, border)
+
+
+def _leaving(
+    height: Floats, neighbours: NDArray[np.int32], distance: NDArray[np.float32], border: NDArray[np.bool_]
+) -> Indices:
+    """Cells on the border whose way down doesn't lead away from it: nobody knows the ground beyond, and water
+    that ran along the border would come together there to rivers that are none."""
+    at = np.flatnonzero(border)
+    to = neighbours[at, :-1]
+    slope = np.where(to >= 0, height[at, None] - height[to], -1.0) / distance[at, :-1]
+    best = np.argmax(slope, axis=1)
+    own = np.arange(len(at))
+    return at[(slope[own, best] <= 0.0) | border[to[own, best]]]
 
 
 def _broad(height: Floats, there: NDArray[np.bool_]) -> Floats:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ....engine.real_ground.lattice import directions_at
 from ..rivers.node_arrays import RiverNodes
 from ..rivers.table import RiverTable, river_table
+from ..rivers.widths import WIDTH_BY_ROOT
 from .bodies import Body, Ground, metres_per_deg
 from .streams import Way, simplified
 
@@ -31,7 +32,6 @@ _DRY_M = 0.5
 _CELLS, _FEWEST_M, _WIDER = 80, 8.0, 0.35
 """A lake is looked at on so many cells along its longer side, at least so wide, and by so much beyond it."""
 _MOST_ROUND = 48
-_WIDTH_BY_ROOT = 7.2  # m by the root of m^3/s, as rivers/widths.py has it
 
 
 def water_table(
@@ -94,7 +94,7 @@ def _nodes(parts: Sequence[list[_Rows]]) -> RiverNodes | None:
     lake = np.repeat([r[3] for r in rows], counts)
     to = np.arange(1, len(places) + 1)
     to[np.cumsum(counts) - 1] = -1
-    discharge = np.where(lake, 0.0, (2.0 * half / _WIDTH_BY_ROOT) ** 2)
+    discharge = np.where(lake, 0.0, (2.0 * half / WIDTH_BY_ROOT) ** 2)
     depth = np.where(lake, 4.0, np.maximum(0.27 * discharge**0.39, 0.4))
     flat = 1.05 * half
     singles = (level, half, depth, flat, 1.1 * half + 20.0)
