@@ -50,7 +50,7 @@ def rivers_command(
     spacing
         Metres between cells; without it as fine as the finest tiles, or as 4 million cells allow.
     springs
-        Catchment from which on a stream is drawn, km2; without it 2 km2, or 200 cells where that is more.
+        Catchment from which on a stream is drawn, km2; without it 5 km2, or 200 cells where that is more.
     runoff
         Water of a year that runs off the land, mm; 300 is the mean of the Earth's land.
     sea

@@ -308,4 +308,4 @@ def test_a_real_country_has_a_tree_of_rivers():
     ratios = [heads[k] / heads[k + 1] for k in range(1, max(heads) - 1)]
     assert 0.5 < hack < 0.62
     assert all(2.8 < ratio < 5.5 for ratio in ratios) and len(ratios) >= 2
-    assert springs_of(grid) == 2e6
+    assert springs_of(grid) == 5e6

@@ -25,7 +25,7 @@ __all__ = ["FoundWater", "find_water", "springs_of", "write_water"]
 
 Floats = NDArray[np.float64]
 
-_LEAST_M2, _LEAST_CELLS = 2e6, 200
+_LEAST_M2, _LEAST_CELLS = 5e6, 200
 """Catchment from which streams are drawn where nobody says: so much, or so many cells."""
 _WITHIN_CELLS = 0.5
 """Lines stay so near to the cells' middles that they run through."""

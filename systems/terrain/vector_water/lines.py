@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 _MOST_LINES = 480
 """In a cell, of 511 that the GPU knows of."""
 _FIRST_M, _MOST_M = 1.0, 120.0
-"""What rivers' lines may leave out, and as far as that goes before some rivers are left out."""
+"""What the narrowest rivers' lines may leave out, and as far as that goes before some rivers are left out."""
 _SHORE_M = 60.0
 """Beyond a lake's shore the ground keeps its water in (raster.py)."""
 _DRY_M = 0.5
@@ -40,8 +40,14 @@ def water_table(
     """None where there is no water above the sea. what: the file, for warnings."""
     rounds = [_round_lines(k, lakes, ways, ground, radius_m) for k in range(len(lakes))]
     tolerance, used = _FIRST_M, list(ways)
+    narrowest = min((float(way.half_m.max()) for way in ways), default=1.0)
+
+    def finer(way: Way) -> float:
+        """Where room is scarce wide rivers, which are seen from afar, keep their bends."""
+        return narrowest / float(way.half_m.max())
+
     while True:
-        rows = [_of_way(way, simplified(way, tolerance, radius_m)) for way in used]
+        rows = [_of_way(way, simplified(way, max(tolerance * finer(way), _FIRST_M), radius_m)) for way in used]
         nodes = _nodes([*rows, *rounds])
         if nodes is None:
             return None
