@@ -56,6 +56,13 @@ class HeightGrid:
         """Longitude between columns."""
         return float(np.radians(self.longitude_deg[1] - self.longitude_deg[0]))
 
+    @property
+    def degree_steps(self) -> tuple[float, float]:
+        """Longitude and latitude between columns and between rows in the grid's middle."""
+        middle = len(self.latitude_deg) // 2
+        down = float(self.latitude_deg[middle - 1] - self.latitude_deg[middle])
+        return float(self.longitude_deg[1] - self.longitude_deg[0]), down
+
     def degrees(self, column: Floats, row: Floats) -> Floats:
         """(K, 2) longitude and latitude of places between cells (K,), up to a cell beyond the border."""
         longitude = self.longitude_deg[0] + column * (self.longitude_deg[1] - self.longitude_deg[0])

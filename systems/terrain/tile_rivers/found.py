@@ -16,7 +16,6 @@ from ....engine.real_ground.tile_files import TileError
 from ..drainage.network import YEAR_S
 from ..rivers.widths import WIDTH_BY_ROOT
 from .cells import GridCells, cells_of
-from .courses import MOST_AWAY
 from .outlines import outline, simple_line
 from .reaches import Reach, reaches_of
 from .routes import LakeRules, Routes, routes_of
@@ -27,8 +26,8 @@ Floats = NDArray[np.float64]
 
 _LEAST_M2, _LEAST_CELLS = 5e6, 200
 """Catchment from which streams are drawn where nobody says: so much, or so many cells."""
-_WITHIN_CELLS = 0.5
-"""Lines stay so near to the cells' middles that they run through."""
+_LEFT_OUT_CELLS, _SHORE_CELLS = 0.05, 0.5
+"""What lines of rivers and shores of lakes may leave out. Rivers stay within half a cell of the cells' middles."""
 _LEAST_WIDTH_M = 0.1
 
 
@@ -50,7 +49,7 @@ class FoundWater:
         grid = self.cells.grid
         for reach in self.reaches:
             points = reach.places
-            kept = simple_line(grid, points, (_WITHIN_CELLS - MOST_AWAY) * _cell_m(grid))
+            kept = simple_line(grid, points, _LEFT_OUT_CELLS * _cell_m(grid))
             discharge = self.discharge_m3_s(reach.catchment_m2)
             properties: dict[str, Any] = {
                 "kind": "river",
@@ -69,7 +68,7 @@ class FoundWater:
             ]
             yield _feature("LineString", line, properties)
         for number, lake in enumerate(self.routes.lakes):
-            rings = outline(self.cells, lake.cells, _WITHIN_CELLS * _cell_m(grid))
+            rings = outline(self.cells, lake.cells, _SHORE_CELLS * _cell_m(grid))
             if not rings:
                 continue
             properties = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..drainage.routing import Flow
 from .cells import GridCells, Indices
-from .courses import offsets_of
+from .courses import curved, offsets_of
 from .routes import Routes
 
 __all__ = ["Reach", "reaches_of"]
@@ -27,9 +27,9 @@ class Reach:
 
     cells: Indices
     places: Floats
-    """(K, 2) longitude and latitude, degrees"""
+    """(M, 2) longitude and latitude, degrees, on a curve through them"""
     level_m: Floats
-    """(K,) of the ground, as low as anything upstream"""
+    """(M,) of the ground there, as low as anything upstream"""
     catchment_m2: float
     """at its lower end"""
     river: int
@@ -54,13 +54,14 @@ def reaches_of(cells: GridCells, routes: Routes, springs_m2: float) -> list[Reac
     main = _main(at, receiver, catchment)
     goes_on = np.where(stream & (main[receiver] == np.arange(len(receiver))) & stream[receiver], receiver, -1)
     last = _ends(goes_on)
-    offset = np.zeros((len(receiver), 2))
-    offset[at] = offsets_of(cells, routes.flow, main, at)
+    offset, runs = np.zeros((len(receiver), 2)), np.zeros((len(receiver), 2))
+    offset[at], runs[at] = offsets_of(cells, routes.flow, main, at)
     ends = np.unique(last[at])
     ends = ends[np.lexsort((ends, -catchment[ends]))]
     name = np.zeros(len(receiver), dtype=np.int64)
     name[ends] = 1 + np.arange(len(ends))
-    found = []
+    grid, found = cells.grid, []
+    per_cell = np.array([grid.degree_steps[0], -grid.degree_steps[1]])
     for cell in at[come[at] != 1].tolist():
         way = _walk(cell, receiver, stream, come, cells)
         river = int(name[last[cell]])
@@ -71,9 +72,9 @@ def reaches_of(cells: GridCells, routes: Routes, springs_m2: float) -> list[Reac
             if len(part) < 2:  # a confluence on the border
                 continue
             lower = part[-1] if part[-1] == way[-1] and receiver[part[-1]] == cells.out else part[-2]
-            places = cells.places(part, offset[part])
+            curve, level = curved(cells.places(part, offset[part]), runs[part] * per_cell, level_m[part])
             cut = bool(routes.cut[lower])
-            found.append(Reach(part, places, level_m[part], float(catchment[lower]), river, into, 0, cut, ends_in))
+            found.append(Reach(part, curve, level, float(catchment[lower]), river, into, 0, cut, ends_in))
     return _ordered(found, levels, receiver, stream)
 
 
