@@ -160,14 +160,20 @@ class _Plan:
 
 
 def resident_ground(
-    sets: Sequence[TileSet], most_bytes: int, what: str, progress: Progress | None = None, keeper: Keeper | None = None
+    sets: Sequence[TileSet],
+    most_bytes: int,
+    what: str,
+    progress: Progress | None = None,
+    keeper: Keeper | None = None,
+    quiet: bool = False,
 ) -> RealGround:
-    """Levels of all sets. progress: (tiles read, of how many). keeper: keeps what was read so far."""
+    """Levels of all sets. progress: (tiles read, of how many). keeper: keeps what was read so far. quiet: no word of
+    sets that are read coarser."""
     plans = _plans(sets, most_bytes)
     total, done = sum(len(plan.tiles) for plan in plans), 0
     levels: list[tuple[PageLevel, int, int]] = []
     for number, plan in enumerate(plans):
-        if plan.factor > 1:
+        if plan.factor > 1 and not quiet:
             log.warning(
                 "%s: %s is read at 1/%d of its resolution, to fit into Terrain.height_map_most_mb = %g; raise "
                 "it, or read it as it is looked at, with Terrain.backend = 'grid'",

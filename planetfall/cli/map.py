@@ -1,4 +1,4 @@
-"""`planetfall map`: what folders of tiles hold, and reading those of elevation before a scene does."""
+"""`planetfall map`: what folders of tiles hold, reading those of elevation before a scene does, their rivers."""
 
 from __future__ import annotations
 
@@ -13,12 +13,17 @@ from rich.table import Table
 
 from ..engine.settings import SettingError
 from ..systems.capture import require_writable
+from .map_rivers import rivers_command
 from .progress import counted, written
 
 __all__ = ["map_app"]
 
 console = Console()
-map_app = App(help="Elevation and pictures from tiles: what a folder holds, and reading heights before a scene does.")
+map_app = App(
+    help="Elevation and pictures from tiles: what a folder holds, reading heights before a scene does, and the rivers "
+    "that are in them."
+)
+map_app.command(rivers_command, name="rivers")
 
 Folder = Annotated[str, Parameter(help="A folder of tiles, or an index file (.toml).")]
 Map = Annotated[str, Parameter(help="A folder of tiles, an index file (.toml), or a vector map (.geojson, .json).")]

@@ -169,9 +169,9 @@ class TerrainField:
 
     def beside_water(self, directions: Floats) -> Floats:
         """1 in rivers and lakes (N,) .. 0 from 100 m from them on, at unit directions (N, 3)."""
-        if self.params.rivers is None or not len(directions):
+        if self.params.waters is None or not len(directions):
             return np.zeros(len(directions))
-        return beside_water(self.params.rivers, directions.T * self.radius_m)
+        return beside_water(self.params.waters, directions.T * self.radius_m)
 
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]:
         """Whether places (N,) of that height lie under a river or a lake."""

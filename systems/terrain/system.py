@@ -190,7 +190,7 @@ class TerrainSystem(System):
         rained = self._component.rivers > 0.0
         shape = (*_SHAPE, *_CLIMATE) if rained else _SHAPE
         solved = (sea, source.finished) if rained else None
-        self._wetter = wetter if rained else 0.0
+        self._wetter = wetter if rained or self._component.vector_map else 0.0
         stamp = GroundRevision(id(terrain), revision(terrain, *shape), revision(body, "radius_m"), wetter=self._wetter)
         asked = stamp, solved
         if asked == self._field_asked:

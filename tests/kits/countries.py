@@ -135,3 +135,37 @@ def globe(latitude_deg: Floats, longitude_deg: Floats) -> NDArray[np.uint8]:
     flat = np.cos(latitude)
     place = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)], axis=-1)
     return np.rint(128.0 + 100.0 * np.sin(7.0 * place)).astype(np.uint8)
+
+
+def jacksboro() -> tuple[NDArray[np.int16], float, float, float] | None:
+    """The fault at Jacksboro, Tennessee, which matplotlib ships, in SRTM's 3 arc seconds: heights, step, west, north,
+    degrees; None without matplotlib or its sample data."""
+    try:
+        import matplotlib as mpl
+    except ImportError:
+        return None
+    file = Path(mpl.__file__).parent / "mpl-data" / "sample_data" / "jacksboro_fault_dem.npz"
+    if not file.exists():
+        return None
+    with np.load(file) as held:
+        north = max(float(held["ymin"]), float(held["ymax"]))
+        return held["elevation"], float(held["dx"]), float(held["xmin"]), north
+
+
+def write_jacksboro(folder: Path) -> bool:
+    """As a GeoTIFF; whether there is one."""
+    found = jacksboro()
+    if found is None:
+        return False
+    import tifffile
+
+    heights, step, west, north = found
+    keys = (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1)
+    tags = [
+        (33550, "d", 3, (step, step, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, west, north, 0.0), True),
+        (34735, "H", len(keys), keys, True),
+    ]
+    folder.mkdir(parents=True, exist_ok=True)
+    tifffile.imwrite(folder / "jacksboro.tif", heights, extratags=tags)
+    return True

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from countries import hgt_samples, write_country, write_hgt
+from countries import hgt_samples, jacksboro, write_country, write_hgt, write_jacksboro
 
 import planetfall as pf
 from planetfall.engine.real_ground.resident import real_ground
@@ -126,20 +126,11 @@ def test_relief_goes_on_below_the_samples(folder):
 def test_a_real_valley(tmp_path):
     """The fault at Jacksboro, Tennessee, in SRTM's 3 arc seconds, which matplotlib ships: the file's heights, and
     relief below its samples."""
-    matplotlib, tifffile = pytest.importorskip("matplotlib"), pytest.importorskip("tifffile")
-    file = Path(matplotlib.__file__).parent / "mpl-data" / "sample_data" / "jacksboro_fault_dem.npz"
-    if not file.exists():
+    pytest.importorskip("tifffile")
+    found = jacksboro()
+    if found is None or not write_jacksboro(tmp_path):
         pytest.skip("matplotlib without its sample data")
-    with np.load(file) as held:
-        heights, step = held["elevation"], float(held["dx"])
-        west, north = float(held["xmin"]), max(float(held["ymin"]), float(held["ymax"]))
-    keys = (1, 1, 0, 2, 1024, 0, 1, 2, 1025, 0, 1, 1)
-    tags = [
-        (33550, "d", 3, (step, step, 0.0), True),
-        (33922, "d", 6, (0.0, 0.0, 0.0, west, north, 0.0), True),
-        (34735, "H", len(keys), keys, True),
-    ]
-    tifffile.imwrite(tmp_path / "jacksboro.tif", heights, extratags=tags)
+    heights, step, west, north = found
     ground = pf.TerrainSampler(scene_of(tmp_path))
     rows, columns = heights.shape
     latitude, longitude = np.meshgrid(

@@ -11,14 +11,15 @@ from countries import write_hgt
 from vector_kit import feature, line, polygon, ring, write_map
 
 import planetfall as pf
-from planetfall.engine.blocks.bindings import HEIGHT_MAP_UNIT
+from planetfall.engine.blocks.bindings import HEIGHT_MAP_UNIT, RIVERS_UNIT
 from planetfall.engine.frame.labels import instances_of
 from planetfall.engine.real_ground.lattice import directions_at
 from planetfall.engine.real_ground.polygons import Polygons
 from planetfall.systems.terrain.ground_params import ground_params
-from planetfall.systems.terrain.height import height_at_points
+from planetfall.systems.terrain.height import TerrainField, height_at_points
 from planetfall.systems.terrain.height_table import canonical_table, octave_table
 from planetfall.systems.terrain.real_texture import fixed_unit_m, real_texels
+from planetfall.systems.terrain.rivers.texture import river_texels
 
 LATITUDE, LONGITUDE = 46.5, 7.5
 RADIUS_M = 6.371e6
@@ -248,6 +249,103 @@ def test_heights_on_the_gpu(run_compute, gpu, valley, canonical):
         found = out["dh"] + height_at_points(up[None] * RADIUS_M, params)[0]
     scope.release()
     assert np.abs(found - height_at_points(points, params)).max() < 1e-3
+
+
+def beside_rivers(count=2000, away_m=180.0, seed=7):
+    """Unit directions (N, 3) about both rivers, and how far each is from their lines, metres."""
+    rng = np.random.default_rng(seed)
+    lines = [np.array(way) for way in (SOUTH, NORTH)]
+    a, b = (np.concatenate([way[k : len(way) - 1 + k] for way in lines]) for k in (0, 1))
+    at, t = rng.integers(len(a), size=count), rng.random((count, 1))
+    metre = np.degrees(1.0 / RADIUS_M) / np.array([np.cos(np.radians(LATITUDE)), 1.0])
+    found = a[at] + t * (b[at] - a[at]) + rng.uniform(-away_m, away_m, (count, 2)) * metre
+    p, start, way = found[:, None] / metre, a[None] / metre, (b - a)[None] / metre
+    along = np.clip(((p - start) * way).sum(axis=2) / (way * way).sum(axis=2), 0.0, 1.0)
+    away = np.sqrt(((p - start - along[..., None] * way) ** 2).sum(axis=2)).min(axis=1)
+    return np.ascontiguousarray(directions_at(found[:, 1], found[:, 0]).T), away
+
+
+def test_banks_of_mapped_rivers_are_wetter(valley):
+    """1 in their water, 0 from 100 m from it on; rivers that are 30 m wide."""
+    params = ground_params(scene_of(valley.file, valley.folder).planet[pf.Terrain], RADIUS_M)
+    field = TerrainField(params)
+    d, away = beside_rivers()
+    north_south = np.abs(d[:, 2] - np.sin(np.radians(LATITUDE))) > np.radians(0.014)  # no lake's water near
+    near = field.beside_water(d[north_south])
+    # Lines leave out up to a tenth of their half width, and a metre.
+    expected = np.clip(1.0 - (away[north_south] - 15.0) / 100.0, 0.0, 1.0)
+    np.testing.assert_allclose(near, expected, atol=0.03)
+    assert (near == 1.0).any() and (near == 0.0).any()
+    # In the middle of the lake no line of a river is near.
+    assert field.beside_water(directions_at(LATITUDE, LONGITUDE + 0.006)[None]).max() == 0.0
+
+
+@pytest.mark.parametrize("canonical", [False, True])
+def test_banks_on_the_gpu(run_compute, gpu, valley, canonical):
+    """Moisture of vertices is float64's along mapped rivers: trees of both stand at the same places."""
+    params = ground_params(scene_of(valley.file, valley.folder).planet[pf.Terrain], RADIUS_M)
+    field, scope = TerrainField(params), gpu.scope("test")
+    up = directions_at(LATITUDE + 0.02, LONGITUDE)
+    d, _ = beside_rivers()
+    _, texels = river_texels(params.waters)
+    waters = scope.texture(texels.shape[1::-1], "rgba32ui", texels)
+    words = real_texels(params.real, fixed_unit_m(params.radius_m), params.radius_m)
+    texture = scope.texture(words.shape[::-1], "r32ui", words)
+
+    def moisture(wetter):
+        table = canonical_table(params) if canonical else octave_table(params, up)
+        table["rivers"]["wetter"] = wetter
+        block = scope.buffer(table.tobytes())
+
+        def bind(_):
+            block.bind_to_uniform_block(4)
+            texture.use(HEIGHT_MAP_UNIT)
+            waters.use(RIVERS_UNIT)
+
+        spacing = np.full(len(d), 4.0, np.float32)
+        header = HEADER + "#define TERRAIN_RIVERS\n"
+        if canonical:
+            high = d.astype(np.float32)
+            inputs = {"high": high, "low": (d - high).astype(np.float32), "spacing": spacing}
+            body, file = "Pair h; wet = terrain_canonical(Pair3(high, low), spacing, h).moisture;", "canonical_height"
+        else:
+            inputs = {"d": ((d - up) * RADIUS_M).astype(np.float32), "spacing": spacing}
+            body, file = "wet = terrain_point(d, spacing).moisture;", "height"
+        header += f'#include "terrain/{file}.glsl"'
+        return run_compute(body, inputs, {"wet": "float"}, header=header, setup=bind)["wet"].astype(np.float64)
+
+    dry = moisture(0.0)
+    np.testing.assert_allclose(dry, field.moisture(d), atol=2e-4)
+    near = field.beside_water(d)
+    assert (near > 0.3).sum() > 500
+    for wetter in (0.5, 1.0):
+        np.testing.assert_allclose(moisture(wetter), np.minimum(dry + 0.4 * wetter * near, 1.0), atol=2e-4)
+    scope.release()
+
+
+def test_the_ground_is_greener_along_mapped_rivers(valley):
+    """Where trees end the ground's own colour has them, by what the samplers' trees follow: Cover.riparian."""
+    scene = scene_of(valley.file, valley.folder, humidity=0.45)
+    cover = scene.planet[pf.Cover]
+    place = SOUTH[25]
+    sun = pf.Sun(elevation_deg=50.0, azimuth_deg=180.0, latitude_deg=place[1], longitude_deg=place[0])
+    camera = pf.Camera.at(place[1], place[0], 900.0, pitch_deg=-90.0, above="ground")
+    shown = {}
+    overrides = {"cover.reach_m": 100.0, "composite.antialiasing": "none"}
+    with pf.Renderer(scene, (160, 90), "low", overrides) as renderer:
+        for riparian in (0.0, 1.0):
+            cover.riparian = riparian
+            renderer.settle(camera)
+            out = renderer.render(camera, sun=sun, outputs=("albedo", "position", "surface"))
+            shown[riparian] = {name: value.copy() for name, value in out.items()}
+        eye = renderer.camera_state(camera).position_m
+    land = (shown[0.0]["surface"] == 1) & (shown[1.0]["surface"] == 1) & (shown[0.0]["albedo"].min(axis=-1) > 0.02)
+    at = shown[0.0]["position"][land] + eye
+    field = TerrainField(ground_params(scene.planet[pf.Terrain], RADIUS_M))
+    near = field.beside_water(at / np.linalg.norm(at, axis=1, keepdims=True))
+    dry, wet = (shown[k]["albedo"][land].sum(axis=-1) for k in (0.0, 1.0))
+    assert (near > 0.6).sum() > 50 and np.median(wet[near > 0.6] / dry[near > 0.6]) < 0.97
+    assert np.median(np.abs(wet / dry - 1.0)[near == 0.0]) < 0.01
 
 
 def test_pixels_of_water_are_where_the_sampler_has_it(valley):

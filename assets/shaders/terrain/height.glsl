@@ -437,9 +437,12 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     point.roughness += real.rough;
 #endif
     point.moisture = terrain_moisture(w1, sources.dug);
-#ifdef TERRAIN_CARVED
     // As systems/cover/growth.py has it.
+#ifdef TERRAIN_CARVED
     point.moisture = min(point.moisture + TERRAIN_BANK_WET * terrain_table.rivers.wetter * cut.beside, 1.0);
+#elif defined(TERRAIN_RIVERS)
+    float wetter = TERRAIN_BANK_WET * terrain_table.rivers.wetter;
+    if (wetter > 0.0) point.moisture = min(point.moisture + wetter * terrain_beside(D), 1.0);
 #endif
     point.mountains = t.on_land;
     return point;

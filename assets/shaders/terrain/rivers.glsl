@@ -178,7 +178,31 @@ struct TerrainCut {
     vec3 d_base, d_open, d_raised;
 };
 
-const float BESIDE_M = 100.0;   // as systems/terrain/rivers/valleys.py has it
+const float BESIDE_M = 100.0;   // as systems/terrain/rivers/table.py has it
+
+// How wet a line makes a place: 1 in its water .. 0 where its bank ends. Of a map's lakes nothing: their lines reach
+// over dry ground.
+float river_wets(RiverLine line) {
+    float half_width = line.section.y;
+    bool given = terrain_table.rivers.given != 0;
+    float wide = given ? BESIDE_M : min(BESIDE_M, max(line.reach - half_width, 1e-3));
+    float near = 1.0 - (line.d - half_width) / wide;
+    return half_width > 0.0 && !(given && line.lake > 0.5) ? clamp(near, 0.0, 1.0) : 0.0;
+}
+
+#ifndef TERRAIN_CARVED
+// The most that any line of a map makes of it; no warp bends these.
+float terrain_beside(TERRAIN_PLACE D) {
+    float beside = 0.0;
+    RiverPlace p = river_unbent(D);
+    p.lines = river_lines(river_cell(p));
+    int k = p.lines.x, end = p.lines.x + p.lines.y;
+    if (k < end) do {
+        beside = max(beside, river_wets(river_line(river_ends(k), p)));
+    } while (++k < end);
+    return beside;
+}
+#endif
 
 TerrainCut terrain_cut(TERRAIN_PLACE D) {
     RiverPlace p = river_place(D);
@@ -189,8 +213,7 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
     if (k < end) do {
         RiverLine line = river_line(river_ends(k), p);
         float half_width = line.section.y, floor_width = line.section.w;
-        float near = 1.0 - (line.d - half_width) / min(BESIDE_M, max(line.reach - half_width, 1e-3));
-        cut.beside = max(cut.beside, half_width > 0.0 ? clamp(near, 0.0, 1.0) : 0.0);
+        cut.beside = max(cut.beside, river_wets(line));
         TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
         // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
         if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {

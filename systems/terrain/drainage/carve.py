@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .routing import Flow, add_downstream, flow_of
 
-__all__ = ["INCISION", "Carved", "CellGround", "carve", "lowered"]
+__all__ = ["INCISION", "LAKE_EVAPORATES_M_YEAR", "Carved", "CellGround", "carve", "lowered"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -32,7 +32,7 @@ _STEPS = 3
 _DEEPEST_M = 1500.0
 """Below the cells' low ground; only passes that would hold water back are cut further."""
 _LAKE_DEPTH_M, _LAKE_CELLS = 60.0, 300
-_LAKE_EVAPORATES_M_YEAR = 1.0
+LAKE_EVAPORATES_M_YEAR = 1.0
 """Water that a lake loses to the air and that has to come in (Penman's estimates run from 0.6 in the cold to 2)."""
 
 
@@ -133,7 +133,7 @@ def _lakes(ground: CellGround, flow: Flow, floor: Floats, filled: Floats) -> Fla
     surface = np.zeros(len(floor))
     np.add.at(surface, outlet[cells], ground.area_m2[cells])
     comes = add_downstream(flow, np.where(ground.sea, 0.0, ground.area_m2 * ground.water_m))
-    worth = (deepest >= _LAKE_DEPTH_M) & (count <= _LAKE_CELLS) & (comes >= _LAKE_EVAPORATES_M_YEAR * surface)
+    worth = (deepest >= _LAKE_DEPTH_M) & (count <= _LAKE_CELLS) & (comes >= LAKE_EVAPORATES_M_YEAR * surface)
     return flooded & worth[outlet]
 
 

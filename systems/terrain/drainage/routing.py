@@ -18,6 +18,7 @@ __all__ = ["Flow", "add_downstream", "flow_of", "levels_of"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Near = NDArray[np.integer]
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,8 @@ class Flow:
     """of the ground, that had no way out"""
 
 
-def flow_of(height_m: Floats, sea: NDArray[np.bool_], neighbours: Indices, distance: Floats) -> Flow:
-    """height_m (N,), sea (N,): cells that water ends at; neighbours (N, 8), -1: none, distance (N, 8) to them, above 0
+def flow_of(height_m: Floats, sea: NDArray[np.bool_], neighbours: Near, distance: NDArray[np.floating]) -> Flow:
+    """height_m (N,), sea (N,): cells that water ends at; neighbours (N, K), -1: none, distance (N, K) to them, above 0
     even where there is none.
 
     ValueError where some land has no way to the sea.
@@ -52,7 +53,7 @@ def flow_of(height_m: Floats, sea: NDArray[np.bool_], neighbours: Indices, dista
     return Flow(receiver, order, starts, len(hollow))
 
 
-def _steepest(height_m: Floats, sea: NDArray[np.bool_], neighbours: Indices, distance: Floats) -> Indices:
+def _steepest(height_m: Floats, sea: NDArray[np.bool_], neighbours: Near, distance: NDArray[np.floating]) -> Indices:
     """The neighbour down the steepest way, the lower number of equals; itself where none is lower, and in the sea."""
     own = np.arange(len(height_m))
     receiver, steepest = own.copy(), np.zeros(len(height_m))
@@ -85,7 +86,7 @@ class _Passes:
     other: Indices
 
 
-def _passes(height_m: Floats, basin: Indices, neighbours: Indices) -> _Passes:
+def _passes(height_m: Floats, basin: Indices, neighbours: Near) -> _Passes:
     """Sorted from the lowest up, equals by their cells' numbers; one for each pair of basins."""
     found = []
     for k in range(neighbours.shape[1]):

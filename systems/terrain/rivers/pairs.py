@@ -73,9 +73,9 @@ def bent_by_place(table: RiverTable, pairs: Pairs) -> Floats:
     return turned
 
 
-def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pairs | None:
-    """Of points (3, N) on the reference sphere, m; None without any. in_reach: only lines that say something there,
-    otherwise all lines of the points' cells."""
+def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m: float = 0.0) -> Pairs | None:
+    """Of points (3, N) on the reference sphere, m; None without any. in_reach: only lines that say something there, or
+    up to more_m beyond, otherwise all lines of the points' cells."""
     near, cells = table.cells_at(cell_keys(np.floor(points * (1.0 / table.cell_m)).astype(np.int64)))
     if not near.size:
         return None
@@ -84,7 +84,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
     line = table.lines.take(np.repeat(begin - (np.cumsum(many) - many), many) + np.arange(int(many.sum())))
     where = np.repeat(near, many)
     if in_reach and len(where) > _FEW:
-        within = _within(table, points, where, line)
+        within = _within(table, points, where, line, more_m)
         where, line = where[within], line[within]
         if not where.size:
             return None
@@ -116,7 +116,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True) -> Pai
     if not in_reach:
         return pairs
     floor, reach = value[3:5]
-    return _part(pairs, np.flatnonzero(d < np.maximum(reach, floor + HELD * reach)))
+    return _part(pairs, np.flatnonzero(d < np.maximum(reach, floor + HELD * reach) + more_m))
 
 
 _FEW = 32
@@ -137,7 +137,7 @@ def _groups(where: Indices) -> tuple[Indices, Indices, Indices]:
     return first, where.take(first), many
 
 
-def _within(table: RiverTable, points: Floats, where: Indices, line: Nodes) -> Indices:
+def _within(table: RiverTable, points: Floats, where: Indices, line: Nodes, more_m: float) -> Indices:
     """Indices of pairs (P,) whose lines may say something at the place, wherever the warp moves it."""
     place = points.take(where, axis=1)
     a = node_places(table, line)
@@ -149,7 +149,7 @@ def _within(table: RiverTable, points: Floats, where: Indices, line: Nodes) -> I
     t = np.clip(both / np.maximum(square, 1e-6), 0.0, 1.0)
     away = np.einsum("ap,ap->p", off, off) - above * above - t * (2.0 * both - t * square)
     bent_m = float(table.bend_m.sum()) * np.sqrt(3.0)
-    far = _ROUNDED * (table.far_m.take(line) + bent_m)
+    far = _ROUNDED * (table.far_m.take(line) + (bent_m + more_m))
     return np.flatnonzero(away <= far * far)
 
 

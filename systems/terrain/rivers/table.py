@@ -22,13 +22,15 @@ from .bends import BEND_CELLS, BEND_SHARES, bend_amplitudes_m, bend_lattice, riv
 from .form import HELD
 from .node_arrays import RiverNodes
 
-__all__ = ["CELL_STEPS", "RiverTable", "cell_keys", "river_table"]
+__all__ = ["BESIDE_M", "CELL_STEPS", "RiverTable", "cell_keys", "river_table"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
 CELL_STEPS = 2**22
 """Steps of a node's place in a cell: 4 mm on Earth."""
+BESIDE_M = 100.0
+"""How far from the water's edge a bank is wetter than the rain makes it; as BESIDE_M of terrain/rivers.glsl."""
 _HALF = 512
 """Cells from the planet's centre to either side, at most."""
 
@@ -124,7 +126,10 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = Fal
     columns = (nodes.level_m, nodes.half_width_m, nodes.depth_m, nodes.flat_m, nodes.reach_m, nodes.lake)
     for k, column in enumerate((*columns, nodes.discharge_m3_s)):
         values[:, k] = column
-    keys, begin, lines = _kept_cells(place, nodes.to, values[:, 4] / cell_m, radius_m / cell_m)
+    reach = values[:, 4]
+    if given:  # no valleys: banks may be wider than what lines say of the ground
+        reach = np.where(nodes.lake, reach, np.maximum(reach, values[:, 1] + np.float32(BESIDE_M)))
+    keys, begin, lines = _kept_cells(place, nodes.to, reach / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given)
 

@@ -24,14 +24,12 @@ from .form import (
     share_slopes,
 )
 from .pairs import Pairs, bent_by_place, chosen, river_pairs
-from .table import RiverTable
+from .table import BESIDE_M, RiverTable
 
 __all__ = ["Valleys", "Waters", "beside_water", "shown_slopes", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
 Slopes = Literal["none", "open", "all"]
-_BESIDE_M = 100.0
-"""How far from the water's edge a bank is wetter than the rain makes it; as BESIDE_M of terrain/rivers.glsl."""
 
 
 @dataclass(frozen=True)
@@ -143,13 +141,15 @@ def _d_raised(pairs: Pairs, m: NDArray[np.int64]) -> Floats:
 
 
 def beside_water(table: RiverTable, points: Floats) -> Floats:
-    """(N,) 1 in rivers and lakes .. 0 from 100 m from their edges on, or where their valleys end; as waters()."""
+    """(N,) 1 in rivers and lakes .. 0 from 100 m from their edges on, or where their valleys end. Rivers of a map have
+    none; its lakes count for nothing, since their lines reach over dry ground."""
     found = np.zeros(points.shape[1])
-    pairs = river_pairs(table, points)
+    pairs = river_pairs(table, points, more_m=BESIDE_M * table.given)
     if pairs is not None:
-        half, reach = pairs.value[1], pairs.value[4]
-        wide = np.minimum(_BESIDE_M, np.maximum(reach - half, 1e-3))
-        near = np.where(half > 0.0, np.clip(1.0 - (pairs.d - half) / wide, 0.0, 1.0), 0.0)
+        half, reach, lake = pairs.value[1], pairs.value[4], pairs.value[5]
+        wide = BESIDE_M if table.given else np.minimum(BESIDE_M, np.maximum(reach - half, 1e-3))
+        wets = (half > 0.0) & ~((lake > 0.5) & table.given)
+        near = np.where(wets, np.clip(1.0 - (pairs.d - half) / wide, 0.0, 1.0), 0.0)
         found[pairs.near] = np.maximum.reduceat(near, pairs.first)
     return found
 

@@ -16,6 +16,7 @@ __all__ = [
     "LEVEL",
     "REACH",
     "ROWS",
+    "WIDTH_BY_ROOT",
     "half_width_m",
     "lake_rows",
     "narrowest",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ....engine.real_ground.lattice import directions_at
 from ..rivers.node_arrays import RiverNodes
 from ..rivers.table import RiverTable, river_table
+from ..rivers.widths import WIDTH_BY_ROOT
 from .bodies import Body, Ground, metres_per_deg
 from .streams import Way, simplified
 
@@ -24,14 +25,13 @@ Floats = NDArray[np.float64]
 _MOST_LINES = 480
 """In a cell, of 511 that the GPU knows of."""
 _FIRST_M, _MOST_M = 1.0, 120.0
-"""What rivers' lines may leave out, and as far as that goes before some rivers are left out."""
+"""What the narrowest rivers' lines may leave out, and as far as that goes before some rivers are left out."""
 _SHORE_M = 60.0
 """Beyond a lake's shore the ground keeps its water in (raster.py)."""
 _DRY_M = 0.5
 _CELLS, _FEWEST_M, _WIDER = 80, 8.0, 0.35
 """A lake is looked at on so many cells along its longer side, at least so wide, and by so much beyond it."""
 _MOST_ROUND = 48
-_WIDTH_BY_ROOT = 7.2  # m by the root of m^3/s, as rivers/widths.py has it
 
 
 def water_table(
@@ -40,8 +40,14 @@ def water_table(
     """None where there is no water above the sea. what: the file, for warnings."""
     rounds = [_round_lines(k, lakes, ways, ground, radius_m) for k in range(len(lakes))]
     tolerance, used = _FIRST_M, list(ways)
+    narrowest = min((float(way.half_m.max()) for way in ways), default=1.0)
+
+    def finer(way: Way) -> float:
+        """Where room is scarce wide rivers, which are seen from afar, keep their bends."""
+        return narrowest / float(way.half_m.max())
+
     while True:
-        rows = [_of_way(way, simplified(way, tolerance, radius_m)) for way in used]
+        rows = [_of_way(way, simplified(way, max(tolerance * finer(way), _FIRST_M), radius_m)) for way in used]
         nodes = _nodes([*rows, *rounds])
         if nodes is None:
             return None
@@ -94,7 +100,7 @@ def _nodes(parts: Sequence[list[_Rows]]) -> RiverNodes | None:
     lake = np.repeat([r[3] for r in rows], counts)
     to = np.arange(1, len(places) + 1)
     to[np.cumsum(counts) - 1] = -1
-    discharge = np.where(lake, 0.0, (2.0 * half / _WIDTH_BY_ROOT) ** 2)
+    discharge = np.where(lake, 0.0, (2.0 * half / WIDTH_BY_ROOT) ** 2)
     depth = np.where(lake, 4.0, np.maximum(0.27 * discharge**0.39, 0.4))
     flat = 1.05 * half
     singles = (level, half, depth, flat, 1.1 * half + 20.0)

@@ -1,0 +1,1 @@
+"""Rivers and lakes found in tiles of elevation, for a vector map."""
