@@ -18,12 +18,12 @@ of assets/shaders/common/season.glsl."""
 
 
 def in_season(cover: Cover, terrain: Terrain) -> Cover:
-    """The trees with the time of year of their ground, or their own where it is set: differs from its default.
+    """The trees with the time of year of their ground where that has one, or their own if it differs from its default.
 
     A changed copy, or itself.
     """
     (own,) = (f.default for f in dataclasses.fields(Cover) if f.name == "season")
-    if cover.season != own or terrain.season == own:
+    if terrain.season is None or cover.season != own:
         return cover
     return dataclasses.replace(cover, season=terrain.season)
 
@@ -38,7 +38,9 @@ def seasonal(sine: NDArray[np.float64] | float) -> NDArray[np.float64]:
     return np.clip((np.abs(sine) - _TROPICS) / (_TEMPERATE - _TROPICS), 0.0, 1.0)
 
 
-def winter_at(season: float, sine: NDArray[np.float64]) -> NDArray[np.float64]:
+def winter_at(season: float | None, sine: NDArray[np.float64]) -> NDArray[np.float64]:
     """(N,) how far it is winter: 0 in the summer half of the year and in the tropics, 1 in midwinter where leaves fall.
-    sine: of latitudes (N,)."""
+    sine: of latitudes (N,). season: None: never."""
+    if season is None:
+        return np.zeros(len(sine))
     return seasonal(sine) * np.maximum(np.cos(2.0 * np.pi * year_of(season, sine < 0.0)), 0.0)

@@ -224,9 +224,9 @@ class Terrain:
     )
     snow_line_m: float = knob(5200.0, -1e5, 1e6, "m", "Height of the snow line at the equator", group="ground")
     snow_line_pole_m: float = knob(-500.0, -1e5, 1e6, "m", "Height of the snow line at the poles", group="ground")
-    season: float = knob(
-        0.5, 0.0, 1.0, "", "Time of year: 0 and 1 midwinter of the northern half, when snow lies lower down, 0.5 "
-        "midsummer; the southern half is half a year apart. Trees have it too, where Cover.season isn't set",
+    season: float | None = knob(
+        None, 0.0, 1.0, "", "Time of year: 0 and 1 midwinter of the northern half, when snow lies lower down, 0.5 its "
+        "midsummer; the southern half is half a year apart. Trees follow, where Cover.season isn't set; unset: none",
         group="ground",
     )  # fmt: skip
     snow_slope_deg: float = knob(

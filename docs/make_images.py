@@ -80,7 +80,7 @@ def main(names: list[str]) -> None:
             for name in wanted:
                 file = FOLDER / f"{name}.jpg"
                 if name in WOODS:
-                    scene.planet[pf.Terrain].season = SEASONS.get(name, 0.5)
+                    scene.planet[pf.Terrain].season = SEASONS.get(name)
                 view = pf.view(own[name], scene.planet)
                 # Views are exposed for summer; snow is brighter.
                 shown = view.exposed(view.ev100 + 0.6) if SEASONS.get(name) == 0.0 else view

@@ -26,7 +26,7 @@ def test_shader_and_python_have_one_winter(run_compute):
 
 def test_trees_have_the_grounds_season_or_their_own():
     cover, ground = pf.Cover(), pf.Terrain(season=0.1)
-    assert in_season(cover, pf.Terrain()) is cover
+    assert in_season(cover, pf.Terrain()) is cover and not winter_at(None, np.array([0.9, -0.9])).any()
     assert in_season(cover, ground).season == 0.1 and cover.season == 0.5
     cover.season = 0.8
     assert in_season(cover, ground) is cover
@@ -41,7 +41,7 @@ def pictures():
         with pf.Renderer(scene, size=(160, 90), quality="low", overrides=overrides) as renderer:
             for name in ("treeline", "grove"):
                 view = pf.view(name, scene.planet)
-                for season in (0.5, 0.0, 1.0, 0.2):
+                for season in (None, 0.5, 0.0, 1.0, 0.2):
                     scene.planet[pf.Terrain].season = season
                     renderer.settle(view)
                     out = renderer.render(view, outputs=("albedo", "surface"))
@@ -49,7 +49,7 @@ def pictures():
     return found
 
 
-def white(pictures, name: str, season: float, surface: Surface) -> float:
+def white(pictures, name: str, season: float | None, surface: Surface) -> float:
     """Share of a picture's pixels of that surface that snow has made white."""
     albedo, shown = pictures[name, season]
     return float((albedo[shown == surface].min(axis=-1) > 0.4).mean())
@@ -59,6 +59,8 @@ def test_snow_lies_on_ground_and_trees_in_winter_alone(pictures):
     for surface, least in ((Surface.TERRAIN, 0.4), (Surface.COVER, 0.1)):
         assert white(pictures, "treeline", 0.0, surface) > least > white(pictures, "treeline", 0.2, surface)
         assert white(pictures, "treeline", 0.5, surface) < 0.05
+    # Summer is as ground without seasons.
+    np.testing.assert_array_equal(pictures["treeline", None][0], pictures["treeline", 0.5][0])
     # New Year's Eve is New Year's Day.
     np.testing.assert_array_equal(pictures["treeline", 0.0][0], pictures["treeline", 1.0][0])
 
