@@ -102,9 +102,14 @@ def _header(stamp: Stamp) -> GeoHeader:
             page = tiff.pages[0]
             rows, columns = page.imagelength, page.imagewidth
             tags = dict(page.geotiff_tags or {})
+            placed = 33550 in page.tags or 34264 in page.tags
             metadata, nodata = page.tags.valueof(42112), nodata_of(page)
     except Exception as error:  # it raises what it likes for half a file
         raise TileError(f"{file} can't be read: {error}; is it whole? Fetch it again, or remove it") from error
+    if placed and not tags:
+        raise TileError(
+            f"{file} says where it is, but not in which coordinate system: name it, such as with gdal_edit.py -a_srs"
+        )
     matrix = _matrix(file, tags)
     keys = tuple(sorted((str(name), _plain(value)) for name, value in tags.items() if str(name).endswith("GeoKey")))
     return GeoHeader(columns, rows, matrix, keys, *_band(metadata), nodata)

@@ -145,7 +145,8 @@ def write_arrays(file: Path | None, arrays: Mapping[str, NDArray[Any]], small: b
         beside.replace(file)
     except OSError as error:
         log.warning("%s cannot be written: %s", file, error)
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
         return False
     return True
 

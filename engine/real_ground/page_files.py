@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,6 +36,8 @@ _LEFT = 0.9
 _TOUCHED_S = 600.0
 """So often at most the time of use of a file is written."""
 _STALE_S = 3600.0
+_OURS = re.compile(r"[0-9a-f]{40}(\.|$)")
+"""How names of files and folders begin here: others' files may lie beside them."""
 
 
 def limit_bytes() -> int:
@@ -53,8 +56,13 @@ def keep_to_limit(folder: Path, most_bytes: int) -> int:
     """Remove what was used longest ago until the folder has room again; the bytes that are left. Others may do the same
     meanwhile."""
     found: list[tuple[float, int, Path]] = []
-    for at, _, names in os.walk(folder):
+    for at, inside, names in os.walk(folder):
+        top = Path(at) == folder
+        if top:
+            inside[:] = [name for name in inside if _OURS.match(name)]
         for name in names:
+            if top and not _OURS.match(name):
+                continue
             with contextlib.suppress(OSError):
                 about = os.stat(f"{at}/{name}")
                 found.append((about.st_mtime, about.st_size, Path(at) / name))

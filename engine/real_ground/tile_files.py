@@ -65,13 +65,18 @@ PNG_CODES: dict[str, Callable[[NDArray[Any]], NDArray[np.float64]]] = {
 def find_tile(file: Path, inside: PurePosixPath, size_bytes: int) -> Found:
     """Where a file's samples are. inside: its path from the folder of tiles. TileError says what is wrong."""
     ending = file.suffix.lower()
-    if ending == ".hgt":
-        found = _find_hgt(file, size_bytes)
-    elif ending in (".png", ".jpg", ".jpeg"):
-        found = _find_png(file, inside)
-    else:
-        found = _find_tiff(file)
-    return _on_the_world(file, found)
+    try:
+        if ending == ".hgt":
+            found = _find_hgt(file, size_bytes)
+        elif ending in (".png", ".jpg", ".jpeg"):
+            found = _find_png(file, inside)
+        else:
+            found = _find_tiff(file)
+        return _on_the_world(file, found)
+    except TileError:
+        raise
+    except Exception as error:  # damaged headers make readers, and sums over what they say, raise what they like
+        raise TileError(f"{file} can't be read: {error!r}; is it whole? Fetch it again, or remove it") from error
 
 
 def _on_the_world(file: Path, found: Found) -> Found:

@@ -352,7 +352,8 @@ class _Kept:
             beside.replace(self._file)
         except OSError as error:
             log.warning("%s cannot be written: %s; tiles will be looked at again", self._file, error)
-            beside.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                beside.unlink(missing_ok=True)
 
 
 def _number(lattices: list[Lattice], found: Lattice) -> int:

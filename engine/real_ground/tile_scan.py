@@ -3,6 +3,7 @@ level. Cut off, it goes on where it was."""
 
 from __future__ import annotations
 
+import logging
 import time
 import zlib
 from collections.abc import Callable
@@ -19,6 +20,8 @@ from .raw_level import BLOCK, RawLevel, means_of
 from .tile_blocks import SUPER, TileBlocks
 
 __all__ = ["EVERY_S", "BlockFile", "LevelFacts", "scan", "squares_of"]
+
+log = logging.getLogger(__name__)
 
 Floats = NDArray[np.float64]
 Heights = NDArray[np.float32]
@@ -99,10 +102,15 @@ class BlockFile:
         if self.path is None:
             return
         data = zlib.compress(block.tobytes(), 1)
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("r+b" if self.path.exists() else "w+b") as file:
-            file.seek(self._end)
-            file.write(data)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("r+b" if self.path.exists() else "w+b") as file:
+                file.seek(self._end)
+                file.write(data)
+        except OSError as error:  # what is not there is made anew
+            log.warning("%s can't be written, so blocks of tiles are made again each time: %s", self.path, error)
+            self.path = None
+            return
         self.places[key] = self._end, len(data)
         self._end += len(data)
 

@@ -126,6 +126,8 @@ def _vector_map(path: str, _stamp: tuple[str, int, int], what: str) -> VectorMap
             f"{what}: {place}, line {error.lineno}, column {error.colno}: no JSON ({error.msg}); export it again, or "
             "correct that line"
         ) from None
+    except ValueError as error:  # numbers of thousands of digits
+        raise TileError(f"{what}: {place}: no JSON ({error}); export it again") from None
     except RecursionError:
         raise TileError(f"{what}: {place} nests too deeply for GeoJSON; export it again") from None
     return _Reader(place, f"{what}: {place}").read(data)
@@ -161,7 +163,8 @@ class _Reader:
     def _check_crs(self, data: Any) -> None:
         """Of files older than the RFC, which may name another projection."""
         crs = data.get("crs") if isinstance(data, dict) else None
-        name = str((crs.get("properties") or {}).get("name", "")) if isinstance(crs, dict) else ""
+        inner = crs.get("properties") if isinstance(crs, dict) else None
+        name = str(inner.get("name", "")) if isinstance(inner, dict) else ""
         if name and not any(known in name for known in ("CRS84", "EPSG::4326", "EPSG:4326")):
             raise TileError(f"{self._where}: crs: {name!r}; expected degrees (WGS84): {_TO_DEGREES}")
 
@@ -197,14 +200,14 @@ class _Reader:
         if type_ in ("Point", "MultiPoint"):
             return f"{kind}: a point has no area"
         if type_ in ("LineString", "MultiLineString"):
-            lines = [coordinates] if type_ == "LineString" else coordinates
-            found = [self._positions(line, f"{where}.coordinates[{k}]") for k, line in enumerate(lines)]
+            lines = _inner(type_ == "LineString", coordinates, f"{where}.coordinates")
+            found = [self._positions(line, place) for line, place in lines]
             found = [line for line in found if len(line) > 1]
             if not found:
                 return f"{kind}: a line of fewer than two positions"
             return self._lines(kind, tag, properties, found, where)
-        polygons = [coordinates] if type_ == "Polygon" else coordinates
-        rings = [self._polygon(rings, f"{where}.coordinates[{k}]") for k, rings in enumerate(polygons)]
+        polygons = _inner(type_ == "Polygon", coordinates, f"{where}.coordinates")
+        rings = [self._polygon(each, place) for each, place in polygons]
         rings = [each for each in rings if each]
         if not rings:
             return f"{kind}: a ring of fewer than four positions"
@@ -216,7 +219,7 @@ class _Reader:
         if kind == "coast":
             self._coasts += [rings[0] for rings in polygons]
             return ""
-        if kind == "lake" and properties.get("water") in DEFAULT_WIDTH_M:
+        if kind == "lake" and str(properties.get("water")) in DEFAULT_WIDTH_M:
             kind = "bank"
         level = _number(properties, "level_m", where, (-1e5, 1e6))
         into = {"lake": self._found.lakes, "bank": self._found.banks, "sea": self._found.seas}
@@ -232,11 +235,21 @@ class _Reader:
         if kind == "coast":
             self._coasts += lines
             return ""
-        width = _number(properties, "width", where, (0.01, _MOST_WIDTH_M))
+        width = self._width(properties, where)
         stated = width is not None
         width_m = width if width is not None else DEFAULT_WIDTH_M[tag]
         self._found.rivers += [Course(line, width_m, stated) for line in lines]
         return ""
+
+    def _width(self, properties: dict[str, Any], where: str) -> float | None:
+        """As stated. Mappers write texts such as '~10' or '3;5' as well: those are left out, and counted."""
+        try:
+            return _number(properties, "width", where, (0.01, _MOST_WIDTH_M))
+        except TileError:
+            if "kind" in properties or not isinstance(properties["width"], str):
+                raise
+            self._found.ignored[f"width={properties['width']:.{_SHOWN}}"] += 1
+            return None
 
     def _polygon(self, rings: Any, where: str) -> Rings:
         if not isinstance(rings, list):
@@ -260,7 +273,7 @@ class _Reader:
         try:
             found = np.array([(p[0], p[1]) for p in values], dtype=np.float64).reshape(-1, 2)
             bad = np.flatnonzero(~np.isfinite(found).all(axis=1))
-        except (TypeError, ValueError, IndexError, KeyError):
+        except (TypeError, ValueError, IndexError, KeyError, OverflowError):
             bad = np.array([next((k for k, p in enumerate(values) if not _is_position(p)), 0)])
             found = np.zeros((0, 2))
         if bad.size:
@@ -299,17 +312,22 @@ class _Reader:
 _TO_DEGREES = "ogr2ogr -t_srs EPSG:4326 -f GeoJSON out.geojson FILE makes degrees of them"
 
 
+def _inner(single: bool, coordinates: list[Any], where: str) -> list[tuple[Any, str]]:
+    """Coordinates of each line or polygon, and where in the file they are."""
+    return [(coordinates, where)] if single else [(each, f"{where}[{k}]") for k, each in enumerate(coordinates)]
+
+
 def _is_position(value: Any) -> bool:
     try:
         return bool(np.isfinite([float(value[0]), float(value[1])]).all())
-    except (TypeError, ValueError, IndexError, KeyError):
+    except (TypeError, ValueError, IndexError, KeyError, OverflowError):
         return False
 
 
 def _kind_of(properties: dict[str, Any]) -> tuple[str | None, str]:
     """What a feature is, and of waterways which; else why it is none."""
     plain = properties.get("kind")
-    if plain in _KINDS:
+    if isinstance(plain, str) and plain in _KINDS:
         return _KINDS[str(plain)], "river"
     for (key, value), kind in _OSM.items():
         if properties.get(key) == value:
@@ -327,7 +345,7 @@ def _number(properties: dict[str, Any], name: str, where: str, within: tuple[flo
         return None
     try:
         found = float(value.removesuffix("m").strip().replace(",", ".") if isinstance(value, str) else value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         found = float("nan")
     if not within[0] <= found <= within[1]:
         raise TileError(

@@ -413,6 +413,7 @@ BROKEN = {
     "a line": (UTM, {"matrix": (1.0, 2.0, 0.0, 1.0, 2.0, 0.0)}, ("ModelTransformation", "have an area", "gdalwarp")),
     "no number": (UTM, {"matrix": (1.0, 0.0, float("nan"), 0.0, -1.0, 0.0)}, ("numbers", "gdalwarp")),
     "no place": (UTM, {"place": ()}, ("doesn't say where it is", "ModelTransformation")),
+    "no keys": ({}, {}, ("not in which coordinate system", "-a_srs")),
     "points alone": (
         UTM, {"place": (), "tags": ((33922, "d", 24, tuple(float(v) for v in range(24)), True),)},
         ("tie points alone, 4", "gdalwarp"),

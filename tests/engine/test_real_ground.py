@@ -5,7 +5,9 @@ from __future__ import annotations
 import gc
 import itertools
 import logging
+import struct
 import weakref
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -249,11 +251,19 @@ def test_broken_tiles_cost_one_warning_each(tmp_path, caplog):
     whole.write_bytes(whole.read_bytes()[:1000])
     (tmp_path / "notes.hgt").write_bytes(b"\0" * 1922)
     write_png_tile(tmp_path, 9, 266, 181, 64).write_bytes(b"no picture")
+    huge = b"IHDR" + struct.pack(">IIBBBBB", 30000, 30000, 8, 2, 0, 0, 0)  # which Pillow takes for a bomb
+    header = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + huge + struct.pack(">I", zlib.crc32(huge))
+    write_png_tile(tmp_path, 9, 266, 182, 64).write_bytes(header + struct.pack(">I", 0) + b"IDAT" + b"\0" * 64)
     with caplog.at_level(logging.WARNING):
         ground = ground_of(tmp_path)
     said = [r.getMessage() for r in caplog.records if "left out" in r.getMessage()]
-    assert len(said) == 3 and all("Terrain.height_map" in text for text in said)
-    for word in ("N46E008.hgt has 1000 bytes", "notes.hgt has no place in its name", "181.png can't be read"):
+    assert len(said) == 4 and all("Terrain.height_map" in text for text in said)
+    for word in (
+        "N46E008.hgt has 1000 bytes",
+        "notes.hgt has no place in its name",
+        "181.png can't be read",
+        "182.png can't be read",
+    ):
         assert any(word in text for text in said), said
     assert at(ground, 46.5, 7.5)[1] == 0.0
 

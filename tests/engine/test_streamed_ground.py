@@ -147,6 +147,17 @@ def test_without_a_cache_folder_pages_come_from_tiles(country, monkeypatch):
     )
 
 
+def test_where_the_cache_can_not_be_written_pages_come_from_tiles(country, tmp_path, monkeypatch, caplog):
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "file" / "cache"))
+    forget_ground()
+    points = places(200, 39.5, 44.5, -0.5, 4.5)
+    with caplog.at_level(logging.WARNING):
+        found = streamed(country).heights(points)[0]
+    assert "can't be written" in caplog.text
+    np.testing.assert_array_equal(found, real_ground(str(country), WHOLE, "x").heights(points)[0])
+
+
 def test_tiles_are_read_once(tmp_path, monkeypatch):
     """The next start has its index, and pages that were made; nothing is read but pages that weren't."""
     folder = write_rough(tmp_path / "t")
@@ -228,12 +239,13 @@ def test_the_cache_keeps_to_its_limit(tmp_path, cache, monkeypatch):
         assert sum(path.stat().st_size for path in cache.rglob("*") if path.is_file()) < 3.5e6
     points = places(200, 39.5, 44.5, -0.5, 4.5)
     np.testing.assert_array_equal(ground.heights(points)[0], real_ground(str(folder), WHOLE, "x").heights(points)[0])
-    old, new = tmp_path / "limit" / "old.npz", tmp_path / "limit" / "new.npz"
+    old, new, others = (tmp_path / "limit" / name for name in (f"{'0' * 40}.npz", f"{'1' * 40}.npz", "mine.tif"))
     old.parent.mkdir()
-    for path, age_s in ((new, 10.0), (old, 1000.0)):
+    for path, age_s in ((new, 10.0), (old, 1000.0), (others, 1e5)):
         path.write_bytes(b"0" * 1000)
         os.utime(path, (time.time() - age_s,) * 2)
     assert page_files.keep_to_limit(old.parent, 1500) == 1000 and new.exists() and not old.exists()
+    assert others.exists(), "what lies beside is not ours to remove"
     monkeypatch.setenv("PLANETFALL_CACHE_MB", "much")
     with pytest.raises(SettingError, match=r"PLANETFALL_CACHE_MB: 'much'; expected megabytes above 0"):
         page_files.limit_bytes()

@@ -78,9 +78,9 @@ def test_rings_that_are_not_closed_are_and_open_coasts_are_not(tmp_path):
         ('{"type": "FeatureCollection", "features": [3]}', ("features[0]", "'Feature'", "3")),
         (json.dumps(feature({"type": "Curve"}, natural="water")), ("geometry.type", "'Curve'", "Polygon")),
         (json.dumps(feature(line((2600000.0, 1200000.0), (1.0, 1.0)), kind="river")),
-         ("coordinates[0][0]", "look like metres", "EPSG:4326")),
+         ("coordinates[0]", "look like metres", "EPSG:4326")),
         (json.dumps(feature(line((46.0, 97.0), (46.0, 98.0)), kind="river")), ("longitude comes first",)),
-        (json.dumps(feature(polygon([[0, 0], [1], [1, 1], [0, 0]]), kind="lake")), ("[0][0][1]", "[1]", "position")),
+        (json.dumps(feature(polygon([[0, 0], [1], [1, 1], [0, 0]]), kind="lake")), ("coordinates[0][1]", "[1]", "position")),
         (json.dumps(feature(polygon([[0, 0], ["a", 1], [1, 1], [0, 0]]), kind="lake")), ("'a'", "position")),
         (json.dumps(feature(line((0.0, 0.0), (1.0, 1.0)), kind="river", width="wide")), ("properties.width", "'wide'")),
         ('{"type": "Feature", "crs": {"properties": {"name": "EPSG:2056"}}}', ("EPSG:2056", "expected degrees")),
@@ -93,6 +93,43 @@ def test_errors_say_what_and_where(tmp_path, text, words):
         vector_map(str(path))
     for word in (str(path), *words):
         assert word in str(error.value)
+
+
+@pytest.mark.parametrize("width", ["~10", "3;5", "<2", "12'", "10 metres", "0"])
+def test_widths_that_mappers_write_as_texts_are_left_out(tmp_path, width):
+    path = write_map(
+        tmp_path / "a.geojson",
+        feature(line((0.0, 0.0), (1.0, 1.0)), waterway="stream", width=width),
+        feature(line((0.0, 0.0), (1.0, 1.0)), waterway="river", width="12 m"),
+    )
+    found = vector_map(path)
+    assert [(course.width_m, course.stated) for course in found.rivers] == [(3.0, False), (12.0, True)]
+    assert any(width in why for why in found.ignored)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        json.dumps(feature(line((0.0, 0.0), (1.0, 1.0)), kind="river", width=10**400)),
+        json.dumps(feature(line((0.0, 0.0), (10**400, 1.0)), kind="river")),
+        '{"type": "FeatureCollection", "features": ' + "1" * 5000 + "}",
+        '{"type": "FeatureCollection", "crs": {"properties": ["x"]}, "features": []}',
+    ],
+)
+def test_numbers_and_types_that_no_file_should_have(tmp_path, text):
+    (tmp_path / "a.geojson").write_text(text, encoding="utf-8")
+    with pytest.raises(TileError, match=r"a\.geojson"):
+        vector_map(str(tmp_path / "a.geojson"))
+
+
+def test_kinds_of_other_types_are_ignored(tmp_path):
+    square = [[0, 0], [1, 0], [1, 1], [0, 0]]
+    path = write_map(
+        tmp_path / "a.geojson",
+        feature(polygon(square), kind=["lake"]),
+        feature(polygon(square), kind="lake", water=[1]),
+    )
+    assert len(vector_map(path).lakes) == 1
 
 
 def test_a_missing_file(tmp_path):

@@ -25,6 +25,9 @@ def geo_tags(
     """Tags of tifffile.imwrite. matrix: (a, b, c, d, e, f) of ModelTransformation, or place: x, y, step of the first
     pixel's corner (its middle for `point`) and of rows that go down."""
     entries, doubles, texts = [], [], ""
+    if not keys:  # a file that doesn't say in which system
+        x, y, step = place
+        return [(33550, "d", 3, (step, step, 0.0), True), (33922, "d", 6, (0.0, 0.0, 0.0, x, y, 0.0), True)]
     for key, value in sorted({1025: 2 if point else 1, **keys}.items()):
         if isinstance(value, str):
             entries.append((key, 34737, len(value) + 1, len(texts)))
