@@ -80,7 +80,7 @@ def test_rings_that_are_not_closed_are_and_open_coasts_are_not(tmp_path):
         (json.dumps(feature(line((2600000.0, 1200000.0), (1.0, 1.0)), kind="river")),
          ("coordinates[0]", "look like metres", "EPSG:4326")),
         (json.dumps(feature(line((46.0, 97.0), (46.0, 98.0)), kind="river")), ("longitude comes first",)),
-        (json.dumps(feature(polygon([[0, 0], [1], [1, 1], [0, 0]]), kind="lake")), ("coordinates[0][1]", "[1]", "position")),
+        (json.dumps(feature(polygon([[0, 0], [1], [1, 1], [0, 0]]), kind="lake")), ("coordinates[0][1]", "position")),
         (json.dumps(feature(polygon([[0, 0], ["a", 1], [1, 1], [0, 0]]), kind="lake")), ("'a'", "position")),
         (json.dumps(feature(line((0.0, 0.0), (1.0, 1.0)), kind="river", width="wide")), ("properties.width", "'wide'")),
         ('{"type": "Feature", "crs": {"properties": {"name": "EPSG:2056"}}}', ("EPSG:2056", "expected degrees")),
