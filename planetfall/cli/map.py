@@ -1,4 +1,4 @@
-"""`planetfall map`: what folders of tiles hold, reading those of elevation before a scene does, their rivers."""
+"""`planetfall map`: what folders of tiles hold, reading them before a scene does, the rivers in them."""
 
 from __future__ import annotations
 
@@ -99,6 +99,8 @@ def info_command(
     for facts in found:
         for message in facts.broken:
             console.print(f"broken: {message}", markup=False, soft_wrap=True)
+    if not any(facts.samples for facts in found):
+        raise SettingError(f"{folder}: none of its tiles can be read, see above; fetch them again")
     if output is not None and picture is not None:
         from ..systems.capture import write_png
 
