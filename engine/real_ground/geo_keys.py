@@ -12,9 +12,12 @@ import math
 from functools import lru_cache
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .found import MAPS, MissingLibrary
+
+if TYPE_CHECKING:
+    from pyproj import CRS
 
 __all__ = ["KeysError", "Table", "code_of", "length_unit_m", "pyproj_or_error", "system_of_keys"]
 
@@ -84,11 +87,11 @@ def _unit(code: Any, category: str, name: str) -> float:
 
 
 @lru_cache(maxsize=256)
-def system_of_keys(keys: tuple[tuple[str, Any], ...]) -> tuple[Any, str, float]:
+def system_of_keys(keys: tuple[tuple[str, object], ...]) -> tuple[CRS, str, float]:
     """A CRS of pyproj, what to call it, and units of the file's coordinates in those of the CRS. KeysError says what is
     wrong."""
     pyproj = pyproj_or_error()
-    table = dict(keys)
+    table: dict[str, Any] = dict(keys)
     model = table.get("GTModelTypeGeoKey", 1 if "ProjectedCSTypeGeoKey" in table else 2)
     if model not in (1, 2):
         raise KeysError(f"has GTModelTypeGeoKey {model}; expected 1 (a projection) or 2 (longitude and latitude)")

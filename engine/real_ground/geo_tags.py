@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Protocol
 from xml.etree import ElementTree
 
 import numpy as np
@@ -115,7 +115,23 @@ def _header(stamp: Stamp) -> GeoHeader:
     return GeoHeader(columns, rows, matrix, keys, *_band(metadata), nodata)
 
 
-def nodata_of(page: Any) -> float | None:
+class _Tag(Protocol):
+    @property
+    def value(self) -> object: ...
+
+
+class _Tags(Protocol):
+    def get(self, key: str, /) -> _Tag | None: ...
+
+
+class TaggedPage(Protocol):
+    """A picture of an open TIFF."""
+
+    @property
+    def tags(self) -> _Tags: ...
+
+
+def nodata_of(page: TaggedPage) -> float | None:
     """The number of an open page that stands for none, if it says one."""
     tag = page.tags.get("GDAL_NODATA")
     if tag is not None:

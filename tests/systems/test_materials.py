@@ -74,6 +74,7 @@ TERRAIN = {
     "snow_line_m": ("high", 7500.0),
     "snow_line_pole_m": ("high", 2500.0),
     "snow_slope_deg": ("high", 8.0),
+    "season": ("ground", 0.0),
     "variation": ("near", 0.0),
     "grain": ("beach", 4.0),
     "clutter": ("ground", 0.0),
