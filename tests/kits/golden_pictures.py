@@ -296,7 +296,8 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/branch", "woods", "ground", GRASS_SIZE),
     Picture("cover/woodland", "woods", "woodland", KNOB_SIZE),
     Picture("cover/woodland_autumn", "woods", "woodland", KNOB_SIZE, {"cover.season": 0.79}),
-    Picture("cover/woodland_winter", "woods", "woodland", KNOB_SIZE, {"terrain.season": 0.0}),
+    Picture("cover/woodland_winter", "woods", "woodland", KNOB_SIZE, {"cover.season": 0.0}),
+    Picture("cover/treeline_winter", "woods", "treeline", KNOB_SIZE, {"terrain.season": 0.0}),
     Picture("cover/grove", "woods", "grove", KNOB_SIZE),
     Picture("cover/grove_unshaded", "woods", "grove", KNOB_SIZE, overrides={"cover.shadows": False}),
 )
