@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..settings import SettingError
+from ..table_cache import TableCache
 from .kept_ground import write_arrays
 
-__all__ = ["SQUARE", "PageFiles", "PageKind", "keep_to_limit", "limit_bytes"]
+__all__ = ["SQUARE", "PageFiles", "PageKind", "StreamFiles", "keep_to_limit", "limit_bytes"]
 
 log = logging.getLogger(__name__)
 
@@ -152,3 +153,30 @@ class PageFiles(Generic[P]):
             self._touched[file] = now
             with contextlib.suppress(OSError):
                 os.utime(file)
+
+
+class StreamFiles(Generic[P]):
+    """The files of one map that streams. stamp: all that it follows from; name: of their format; root: the folder they
+    lie in, None: none is kept."""
+
+    def __init__(
+        self, kind: PageKind[P], root: Path | None, stamp: tuple[object, ...] | None, most_bytes: int, name: str,
+        pages_name: str,
+    ) -> None:  # fmt: skip
+        self._root = root
+        self._key = TableCache.key(repr(stamp), str(most_bytes), name)
+        # Pages don't depend on the memory that there is.
+        pages = TableCache.key(repr(stamp), pages_name)
+        self.files = PageFiles(kind, None if root is None else root / pages, root)
+
+    @property
+    def index(self) -> Path | None:
+        """The file that says what is where; None without a cache folder."""
+        return self._named("index.npz")
+
+    def _named(self, name: str) -> Path | None:
+        return None if self._root is None else self._root / f"{self._key}.{name}"
+
+    def blocks(self, number: int, k: int) -> Path | None:
+        """The file of the blocks of level k of a set."""
+        return self._named(f"{number}-{k}.blocks")

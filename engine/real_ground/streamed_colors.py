@@ -30,7 +30,7 @@ from .color_level import SIDE, ColorLevel, Pixels, coarser_pixels, finer_keys, p
 from .color_unlit import Relief, SunFit, fit_sun
 from .kept_ground import read_arrays, write_arrays
 from .lattice import Lattice
-from .page_files import PageFiles, PageKind, keep_to_limit, limit_bytes
+from .page_files import PageKind, StreamFiles, keep_to_limit, limit_bytes
 from .page_pool import PageSource
 from .streamed_color_level import ColorPool, streamed_color_level
 from .tile_blocks import keys_touched
@@ -89,33 +89,18 @@ class _Kept:
     sun: SunFit | None
 
 
-class ColorStreamFiles:
+class ColorStreamFiles(StreamFiles[Pixels]):
     """The files of one map. stamp: all that its pixels follow from; None: nothing says it, and they are kept no longer
     than this process."""
 
     def __init__(self, stamp: tuple[object, ...] | None, most_bytes: int) -> None:
-        self._root = TableCache("real_ground").folder
+        root = TableCache("real_ground").folder
         self.passing: Path | None = None
         """A folder that has to go with the map."""
         if stamp is None:
-            self._root = self.passing = Path(tempfile.mkdtemp(prefix=f"planetfall-pictures-{os.getpid()}-"))
-        self._key = TableCache.key(repr(stamp), str(most_bytes), f"streamed colors {_FORMAT}")
-        # Pages don't depend on the memory that there is.
-        pages = TableCache.key(repr(stamp), f"color pages {_FORMAT}")
+            root = self.passing = Path(tempfile.mkdtemp(prefix=f"planetfall-pictures-{os.getpid()}-"))
         kind = PageKind("c", _page_arrays, _page_of)
-        self.files = PageFiles(kind, None if self._root is None else self._root / pages, self._root)
-
-    @property
-    def index(self) -> Path | None:
-        """The file that says what is where; None without a cache folder."""
-        return self._named("index.npz")
-
-    def _named(self, name: str) -> Path | None:
-        return None if self._root is None else self._root / f"{self._key}.{name}"
-
-    def blocks(self, number: int, k: int) -> Path | None:
-        """The file of the blocks of level k of a set."""
-        return self._named(f"{number}-{k}.blocks")
+        super().__init__(kind, root, stamp, most_bytes, f"streamed colors {_FORMAT}", f"color pages {_FORMAT}")
 
     def load(self, sets: Sequence[TileSet]) -> list[_Kept | None] | None:
         """What was kept; None where nothing was."""

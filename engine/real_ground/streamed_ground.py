@@ -21,7 +21,7 @@ from ..table_cache import TableCache
 from .block_keys import among, inner, names_of, parents_of, reached_by
 from .kept_ground import level_arrays, level_of, read_arrays, write_arrays
 from .lattice import Lattice
-from .page_files import PageFiles, PageKind, keep_to_limit, limit_bytes
+from .page_files import PageKind, StreamFiles, keep_to_limit, limit_bytes
 from .page_levels import heights_of, levels_of, next_factor
 from .page_pool import PageSource
 from .pages import SLOT, MadePage, PageLevel, made_page, polar_of
@@ -81,28 +81,13 @@ class SetLevels:
     whole: list[tuple[PageLevel, int]]
 
 
-class KeptStream:
+class KeptStream(StreamFiles[MadePage]):
     """The files of one map. stamp: all that it follows from."""
 
     def __init__(self, stamp: tuple[object, ...], most_bytes: int) -> None:
-        self._root = TableCache("real_ground").folder
-        self._key = TableCache.key(repr(stamp), str(most_bytes), f"streamed {_FORMAT}")
-        # Pages don't depend on the memory that there is.
-        pages = TableCache.key(repr(stamp), f"pages {_FORMAT}")
+        root = TableCache("real_ground").folder
         kind = PageKind("h", MadePage.arrays, MadePage.of)
-        self.files = PageFiles(kind, None if self._root is None else self._root / pages, self._root)
-
-    @property
-    def index(self) -> Path | None:
-        """The file that says what is where; None without a cache folder."""
-        return self._named("index.npz")
-
-    def _named(self, name: str) -> Path | None:
-        return None if self._root is None else self._root / f"{self._key}.{name}"
-
-    def blocks(self, number: int, k: int) -> Path | None:
-        """The file of the blocks of level k of a set."""
-        return self._named(f"{number}-{k}.blocks")
+        super().__init__(kind, root, stamp, most_bytes, f"streamed {_FORMAT}", f"pages {_FORMAT}")
 
     def part(self, number: int, k: int) -> Path | None:
         """The file that says how far reading that level has come."""
