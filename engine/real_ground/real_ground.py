@@ -69,11 +69,21 @@ class Relief:
     rough: Floats
     d_rough: Floats
     sample_m: Floats
+    falls: Floats | None = None
+    """(3, N), where asked for: the slope of the B-spline through the samples, smoother than the ground's own, which
+    gullies follow"""
+    d_falls: Floats | None = None
+    """(3, 3, N): how that [a] changes with the place [b], where gradients were asked for"""
 
 
-def _relief(rough: Floats, d_rough: Floats, deep: Floats) -> Relief:
+def _relief(rough: Floats, d_rough: Floats, deep: Floats, rest: Floats, falls: Floats | None) -> Relief:
+    """falls (12, N): the slope and its derivatives, times what levels stand in for."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return Relief(rough, d_rough, np.exp2(np.where(rough > 0.0, deep / rough, 0.0)))
+        sample_m = np.exp2(np.where(rough > 0.0, deep / rough, 0.0))
+    if falls is None:
+        return Relief(rough, d_rough, sample_m)
+    falls = falls / np.maximum(1.0 - rest, DONE)
+    return Relief(rough, d_rough, sample_m, falls[:3], falls[3:].reshape(3, 3, -1))
 
 
 def level_share(sample_m: float, spacing_m: Floats, factor: float) -> Floats:
@@ -103,13 +113,20 @@ class RealGround:
         return self.compose(points, None, 1.0)[:2]
 
     def compose(
-        self, points: Floats, rough_by: Sequence[float] | None, radius_m: float, slopes: bool = False
+        self,
+        points: Floats,
+        rough_by: Sequence[float] | None,
+        radius_m: float,
+        slopes: bool = False,
+        follow: bool = False,
     ) -> tuple[Floats, Floats, Relief | None]:
         """As heights, and the relief below the samples. rough_by: of each level, what makes of metres that its samples
-        differ by a roughness. slopes: with the gradient of that, as if levels didn't pass into one another."""
+        differ by a roughness. slopes: with the gradient of that, as if levels didn't pass into one another. follow:
+        with the slopes that gullies follow, likewise."""
         world, count = World(points), points.shape[1]
         height, rest = np.zeros(count), np.ones(count)
         rough, deep, d_rough = np.zeros(count), np.zeros(count), np.zeros((3, count))
+        falls = np.zeros((12, count)) if follow and rough_by is not None else None
         for number, level in enumerate(self.levels):
             at = np.flatnonzero(rest > 0.0)
             if not at.size:
@@ -126,12 +143,15 @@ class RealGround:
                 below = steep < MOST_ROUGH
                 rough[at] += share * np.where(below, steep, MOST_ROUGH)
                 deep[at] += share * np.where(below, steep, MOST_ROUGH) * np.log2(level.lattice.sample_m(radius_m))
-                if slopes:
-                    d_metres = _chain(d_metres * rough_by[number], world.jacobian(level.lattice, at))
+                to_points = world.jacobian(level.lattice, at) if slopes or falls is not None else None
+                if slopes and to_points is not None:
+                    d_metres = _chain(d_metres * rough_by[number], to_points)
                     d_rough[:, at] += share * np.where(below, d_metres, 0.0)
+                if falls is not None and to_points is not None:
+                    falls[:, at] += share * found.falls(to_points, slopes)
             rest[at] *= 1.0 - found.weight
             rest[rest < DONE] = 0.0
-        return height, rest, None if rough_by is None else _relief(rough, d_rough, deep)
+        return height, rest, None if rough_by is None else _relief(rough, d_rough, deep, rest, falls)
 
     def slopes(self, points: Floats, radius_m: float) -> Floats:
         """Slopes (N,) that the levels at points (3, N), and their passing into one another, hardly ever exceed."""
@@ -160,11 +180,16 @@ class RealGround:
         return _STEEPER * max(level.steepest(radius_m) for level in self.levels)
 
     def gradients(
-        self, points: Floats, radius_m: float, spacing_m: Floats | None, rough_by: Sequence[float] | None = None
+        self,
+        points: Floats,
+        radius_m: float,
+        spacing_m: Floats | None,
+        rough_by: Sequence[float] | None = None,
+        follow: bool = False,
     ) -> Composed:
-        """As heights, with gradients that samples spacing_m (N,) apart show: None, all."""
+        """As compose, with gradients that samples spacing_m (N,) apart show: None, all."""
         world, count = World(points), points.shape[1]
-        height, rest, relief = self.compose(points, rough_by, radius_m, slopes=True)
+        height, rest, relief = self.compose(points, rough_by, radius_m, slopes=True, follow=follow)
         kept = np.ones(count)
         d_seen, d_kept = np.zeros((3, count)), np.zeros((3, count))
         for level, factor in zip(self.levels, self.factors, strict=True):
@@ -224,7 +249,8 @@ def _chain(by_place: Floats, jacobian: Floats) -> Floats:
 @dataclass(frozen=True)
 class _Sampled:
     """at: which of the places asked for are in a page; derivatives (2, N) by column and row; block (3, N): which number
-    of PageLevel.slopes is about there."""
+    of PageLevel.slopes is about there; taps (4, 4, N): samples around, rows first; towards (N,): 0 at a pole, 1 from a
+    sample's distance on."""
 
     at: Ints
     height: Floats
@@ -233,6 +259,25 @@ class _Sampled:
     d_weight: Floats
     block: Ints
     in_page: tuple[Ints, Floats, Floats]
+    taps: Floats
+    fraction: tuple[Floats, Floats]
+    towards: Floats
+
+    def falls(self, to_points: Floats, slopes: bool) -> Floats:
+        """(12, M): the gradient of the B-spline through the samples and, where slopes are asked for, its derivatives
+        [a, b]; to_points (2, 3, M): of columns and rows by the points, which count as straight."""
+        (wx, dx), (wy, dy) = (_spline(f) for f in self.fraction)
+        out = np.zeros((12, len(self.at)))
+        by = np.stack([np.einsum("an,bn,ban->n", dx, wy, self.taps), np.einsum("an,bn,ban->n", wx, dy, self.taps)])
+        out[:3] = _chain(by * self.towards, to_points)
+        if slopes:
+            ddx, ddy = (_bends(f) for f in self.fraction)
+            xx = np.einsum("an,bn,ban->n", ddx, wy, self.taps)
+            xy = np.einsum("an,bn,ban->n", dx, dy, self.taps)
+            yy = np.einsum("an,bn,ban->n", wx, ddy, self.taps)
+            second = np.stack([np.stack([xx, xy]), np.stack([xy, yy])]) * self.towards
+            out[3:] = np.einsum("ian,ijn,jbn->abn", to_points, second, to_points).reshape(9, -1)
+        return out
 
     def roughness(self, level: PageLevel, slopes: bool) -> tuple[Floats, Floats]:
         """Metres (M,) that samples differ by, and derivatives (2, M) by column and row."""
@@ -255,8 +300,8 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
     if not inside.size:
         return None
     page, j, i, fx, fy = page[inside], j[inside], i[inside], fx[inside], fy[inside]
-    taps = level.height_taps(page, j, i)
-    rows = [limited_cubic(taps[b], fx) for b in range(4)]
+    heights = level.height_taps(page, j, i)
+    rows = [limited_cubic(heights[b], fx) for b in range(4)]
     height, by_y, by_x = limited_cubic(np.stack([r[0] for r in rows]), fy, np.stack([r[1] for r in rows]))
     assert by_x is not None
     d_height = np.stack([by_x, by_y])
@@ -269,10 +314,11 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
         d_weight[0, faded] = np.einsum("an,bn,ban->n", dx, wy, taps)
         d_weight[1, faded] = np.einsum("an,bn,ban->n", wx, dy, taps)
         weight[weight > 1.0 - DONE] = 1.0
+    towards = np.ones(len(page))
     if not level.lattice.mercator:
-        _towards_poles(level, v[inside], height, weight, d_height, d_weight)
-    block = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE])
-    return _Sampled(inside, height, weight, d_height, d_weight, block, (page, i + fx - BEFORE, j + fy - BEFORE))
+        _towards_poles(level, v[inside], height, weight, d_height, d_weight, towards)
+    block, place = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE]), (page, i + fx - BEFORE, j + fy - BEFORE)
+    return _Sampled(inside, height, weight, d_height, d_weight, block, place, heights, (fx, fy), towards)
 
 
 def _spline(f: Floats) -> tuple[Floats, Floats]:
@@ -283,8 +329,13 @@ def _spline(f: Floats) -> tuple[Floats, Floats]:
     return weights, slopes
 
 
+def _bends(f: Floats) -> Floats:
+    """(4, N): second derivatives of these weights."""
+    return np.stack([1.0 - f, 3.0 * f - 2.0, 1.0 - 3.0 * f, f])
+
+
 def _towards_poles(
-    level: PageLevel, v: Floats, height: Floats, weight: Floats, d_height: Floats, d_weight: Floats
+    level: PageLevel, v: Floats, height: Floats, weight: Floats, d_height: Floats, d_weight: Floats, towards: Floats
 ) -> None:
     """Between the last row and the pole all meridians come to the same height."""
     lattice = level.lattice
@@ -295,6 +346,7 @@ def _towards_poles(
             continue
         t = np.maximum(away[near], 0.0) / width
         f, d_f = t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width * sign
+        towards[near] *= f
         for value, slope, there in zip((height, weight), (d_height, d_weight), level.polar[k], strict=True):
             over = value[near] - there
             value[near] = there + f * over

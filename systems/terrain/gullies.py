@@ -25,6 +25,7 @@ from .height_steps import RIDGE_SLOPE
 __all__ = [
     "AMPLITUDE",
     "CREST",
+    "END_BELOW_SAMPLES",
     "END_GULLY",
     "FALLING_LAYERS",
     "FIRST_GULLY",
@@ -42,6 +43,8 @@ Floats = NDArray[np.float64]
 
 FIRST_GULLY, END_GULLY = 6, 12
 """Layers of relief that may become gullies: 2 km to 64 m on Earth."""
+END_BELOW_SAMPLES = 14
+"""The same of layers below the samples of real ground: to 16 m, or one of SRTM would be all there is."""
 FALLING_LAYERS = FIRST_GULLY
 """Layers before these say which way is down."""
 AMPLITUDE = 0.3
@@ -86,11 +89,13 @@ def gully_layers(
     d_falls: Floats | None = None,
     bent: Floats | None = None,
 ) -> GullyLayers:
-    """layers: of each octave, by its number from FIRST_GULLY on, the corners around the places. frequency, amplitude_m
-    (K,) of them. falls (3, N): slope of the ground without them. rough (N,): metres by metre of relief. d_falls (3, 3,
-    N): how the slope [a] changes with the place [b], for derivatives. bent (3, 3, N): how the place [a] that the warped
-    layers are asked at changes with it [b]."""
+    """layers: of each octave, by its number from the first on, the corners around the places. frequency (K,),
+    amplitude_m (K,) or (K, N) of them. falls (3, N): slope of the ground without them. rough (N,): metres by metre of
+    relief. d_falls (3, 3, N): how the slope [a] changes with the place [b], for derivatives. bent (3, 3, N): how the
+    place [a] that the warped layers are asked at changes with it [b]."""
     count, places = len(frequency), falls.shape[1]
+    # What a wave adds to the slope where its phase alone changes.
+    steers = -AMPLITUDE * TURN * amplitude_m.reshape(count, -1) * frequency[:, None]
     share, wave = np.zeros((count, places)), np.zeros((count, places))
     d_share = np.zeros((3, count, places)) if d_falls is not None else None
     d_wave = np.zeros((3, count, places)) if d_falls is not None else None
@@ -105,16 +110,16 @@ def gully_layers(
         falls, up, rough = (v.take(at, axis=-1) for v in (falls, up, rough))
         d_falls = None if d_falls is None else d_falls.take(at, axis=-1)
         bent = None if bent is None else bent.take(at, axis=-1)
+        steers = steers.take(at, axis=-1) if amplitude_m.ndim == 2 else steers
         share, wave = np.empty((count, at.size)), np.empty((count, at.size))
         d_share = None if d_share is None else np.empty((3, count, at.size))
         d_wave = None if d_wave is None else np.empty((3, count, at.size))
     if d_falls is None:
-        amounts = strength, AMPLITUDE * TURN * amplitude_m * frequency
 
         def corners(k: int) -> Corners:
             return layers(k).at(at) if some else layers(k)
 
-        _follow(corners, falls, up, rough, *amounts, share, wave)
+        _follow(corners, falls, up, rough, strength, steers, share, wave)
         if some:
             whole.share[:, at], whole.wave[:, at] = share, wave
         return whole
@@ -130,8 +135,7 @@ def gully_layers(
         t = np.clip((steep - LEAST) * (1.0 / (FULL - LEAST)), 0.0, 1.0)
         share[k] = strength * (t * t * (3.0 - 2.0 * t))
         wave[k] = AMPLITUDE * found.value.real
-        # What a wave adds to the slope where its phase alone changes.
-        steers = rough * (-AMPLITUDE * TURN * amplitude_m[k] * frequency[k])
+        steering = rough * steers[k]
         pull = share[k] * found.value.imag
         if d_falls is not None and d_share is not None and d_wave is not None:
             d_level = d_falls - up[:, None] * np.einsum("an,abn->bn", up, d_falls)
@@ -142,8 +146,8 @@ def gully_layers(
             d_share[:, k] = (strength / (FULL - LEAST)) * (6.0 * t * (1.0 - t)) * d_steep
             d_wave[:, k] = AMPLITUDE * change.real
             d_pull = d_share[:, k] * found.value.imag + share[k] * change.imag
-            d_falls = d_falls + steers * (along[:, None] * d_pull[None] + pull * turning)
-        falls = falls + steers * pull * along
+            d_falls = d_falls + steering * (along[:, None] * d_pull[None] + pull * turning)
+        falls = falls + steering * pull * along
     if some:
         whole.share[:, at], whole.wave[:, at] = share, wave
         if whole.d_share is not None and whole.d_wave is not None:
@@ -156,7 +160,8 @@ def _follow(
     share: Floats, wave: Floats,
 ) -> None:  # fmt: skip
     """Fills share and wave (K, N), without derivatives: the slope along the ground as two numbers, by axes of which the
-    first points where it falls without gullies. steers (K,): slope by what of each layer turns with its phase."""
+    first points where it falls without gullies. steers (K, 1) or (K, N): slope by what of each layer turns with its
+    phase."""
     level = falls - up * np.einsum("an,an->n", up, falls)
     steep = np.sqrt(np.einsum("an,an->n", level, level))
     ahead = level * (1.0 / np.maximum(steep, 1e-6))
@@ -171,14 +176,14 @@ def _follow(
         if k + 1 < len(share):
             pull *= share[k]
             pull *= rough
-            pull *= -steers[k]
+            pull *= steers[k]
             p, q = p + pull * a, q + pull * b
             steep = np.sqrt(p * p + q * q)
 
 
 def shader() -> str:
     """GLSL: the numbers that both sides share."""
-    whole = {"FIRST": FIRST_GULLY, "END": END_GULLY}
+    whole = {"FIRST": FIRST_GULLY, "END": END_GULLY, "END_BELOW_SAMPLES": END_BELOW_SAMPLES}
     numbers = {
         "AMPLITUDE": AMPLITUDE, "TURN": TURN, "LEAST": LEAST, "FULL": FULL, "CREST": CREST, "ROUND": ROUND,
         "RIDGE_SLOPE": RIDGE_SLOPE,

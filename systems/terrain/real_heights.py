@@ -2,6 +2,8 @@
 
 The ground around shows by what the tiles leave of it: all of it outside, nothing inside, both over a margin. Where
 nothing of it shows it is not evaluated.
+
+Below the samples relief goes on, on steep ground as gullies (gullies.py) that follow the slope of the samples.
 """
 
 from __future__ import annotations
@@ -11,13 +13,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.surface.noise import Lattice
+from ...engine.real_ground.real_ground import Relief
+from ...engine.surface.noise import Corners, Lattice
+from .gullies import END_BELOW_SAMPLES, GullyLayers, gully_layers
 from .height_model import WARPED_LAYERS, Model, TerrainConstants
 from .height_steps import layer_weight, ridge, ridge_slope
 
 __all__ = ["below_samples", "margin_slopes", "real_gradients", "real_heights", "real_slopes", "unlimited"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 def real_heights(points: Floats, model: Model, around: Callable[[Floats, Model], Floats]) -> Floats:
@@ -37,15 +42,38 @@ def below_samples(points: Floats, model: Model) -> tuple[Floats, Floats, Floats]
     around, and the roughness (N,) of that relief."""
     real = model.params.real
     assert real is not None
-    height, rest, relief = real.compose(points, model.real_rough, model.params.radius_m)
+    height, rest, relief = real.compose(points, model.real_rough, model.params.radius_m, follow=_follows(model))
     if relief is None:
         return height, rest, np.zeros(len(rest))
     at = np.flatnonzero(relief.rough > 0.0)
     if at.size:
-        noise = _fine(model).cells(points[:, at]).noise()
-        layers = _whole(model, relief.sample_m[at]) * ridge(noise, model.ridge[WARPED_LAYERS:, None])
-        height[at] += relief.rough[at] * layers.sum(axis=0)
+        cells, amplitude_m = _fine(model).cells(points[:, at]), _whole(model, relief.sample_m[at])
+        layers = ridge(cells.noise(), model.ridge[WARPED_LAYERS:, None])
+        if (found := _gullies(points, model, relief, at, cells, amplitude_m, False)) is not None:
+            own = slice(0, len(found.share))
+            layers[own] += found.share * (found.wave - layers[own])
+        height[at] += relief.rough[at] * (amplitude_m * layers).sum(axis=0)
     return height, rest, relief.rough
+
+
+def _follows(model: Model) -> bool:
+    return model.params.erosion > 0.0 and model.real_rough is not None
+
+
+def _gullies(
+    points: Floats, model: Model, relief: Relief, at: Ints, cells: Corners, amplitude_m: Floats, slopes: bool
+) -> GullyLayers | None:
+    """Of places points[:, at] (3, M). cells: of the layers that no warp bends; amplitude_m (layers, M) of them."""
+    if relief.falls is None:
+        return None
+    end = min(END_BELOW_SAMPLES, model.layers) - WARPED_LAYERS
+    frequency = 1.0 / model.wavelength_m[WARPED_LAYERS : WARPED_LAYERS + end]
+    d_falls = relief.d_falls[:, :, at] if slopes and relief.d_falls is not None else None
+    up = points[:, at] * (1.0 / model.params.radius_m)
+    falls, rough, strength = relief.falls[:, at], relief.rough[at], model.params.erosion
+    return gully_layers(
+        lambda k: cells.part(slice(k, k + 1)), frequency, amplitude_m[:end], falls, up, rough, strength, d_falls
+    )
 
 
 def _fine(model: Model) -> Lattice:
@@ -110,21 +138,29 @@ def real_gradients(
     real = model.params.real
     if real is None:
         return around(points, model, footprint_m)
-    found = real.gradients(points, model.params.radius_m, footprint_m, model.real_rough)
-    height, gradient = found.height_m, found.d_height
-    near = np.flatnonzero(found.relief.rough > 0.0)
+    found = real.gradients(points, model.params.radius_m, footprint_m, model.real_rough, _follows(model))
+    height, gradient, relief = found.height_m, found.d_height, found.relief
+    near = np.flatnonzero(relief.rough > 0.0)
     if near.size:
-        noise, slope = _fine(model).cells(points[:, near]).noise_derivative()
+        cells, whole = _fine(model).cells(points[:, near]), _whole(model, relief.sample_m[near])
+        noise, slope = cells.noise_derivative()
         slope = slope * model.unwarped.frequency[2:, None]
-        ridged, whole = model.ridge[WARPED_LAYERS:, None], _whole(model, found.relief.sample_m[near])
+        ridged = model.ridge[WARPED_LAYERS:, None]
         shown = np.ones_like(whole)
         if footprint_m is not None:
             shown = layer_weight(model.wavelength_m[WARPED_LAYERS:, None], np.maximum(footprint_m[near], 1e-9))
-        metres = whole * ridge(noise, ridged)
-        rough = found.relief.rough[near]
+        layers, slope = ridge(noise, ridged), slope * ridge_slope(noise, ridged)
+        gullies = _gullies(points, model, relief, near, cells, whole, True)
+        if gullies is not None and gullies.d_share is not None and gullies.d_wave is not None:
+            own, over = slice(0, len(gullies.share)), gullies.wave - layers[: len(gullies.share)]
+            slope[:, own] *= 1.0 - gullies.share
+            slope[:, own] += gullies.share * gullies.d_wave + gullies.d_share * over
+            layers[own] += gullies.share * over
+        metres = whole * layers
+        rough = relief.rough[near]
         height[near] += rough * metres.sum(axis=0)
-        gradient[:, near] += rough * (slope * (whole * shown * ridge_slope(noise, ridged))).sum(axis=1)
-        gradient[:, near] += (metres * shown).sum(axis=0) * found.relief.d_rough[:, near]
+        gradient[:, near] += rough * (slope * (whole * shown)).sum(axis=1)
+        gradient[:, near] += (metres * shown).sum(axis=0) * relief.d_rough[:, near]
     at = np.flatnonzero((found.rest > 0.0) | (found.seen_rest > 0.0))
     if at.size:
         there, slope = around(points[:, at], model, None if footprint_m is None else footprint_m[at])

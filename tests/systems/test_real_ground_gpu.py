@@ -24,7 +24,7 @@ OUTPUTS = {"dh": "float", "gradient": "vec3"}
 CANONICAL = "Pair h; TerrainPoint p = terrain_canonical(Pair3(high, low), spacing, h); metres = vec2(h.high, h.low);"
 
 
-@pytest.fixture(scope="module", params=[0.0, 1.0], ids=["bare", "detail"])
+@pytest.fixture(scope="module", params=[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], ids=["bare", "detail", "gullies"])
 def country(tmp_path_factory, request):
     """Tiles of 3 minutes, one of 3 seconds among them that is rough, and pixels of 7 m within that one."""
     folder = tmp_path_factory.mktemp("country")
@@ -35,7 +35,8 @@ def country(tmp_path_factory, request):
     for dx in range(2):
         write_png_tile(folder / "finest", 14, x + dx, y)
     real = real_ground(str(folder), 256_000_000, "Terrain.height_map")
-    return replace(PLAIN, real=real, height_map_detail=request.param)
+    detail, erosion = request.param
+    return replace(PLAIN, real=real, height_map_detail=detail, erosion=erosion)
 
 
 @pytest.fixture
@@ -52,7 +53,8 @@ def evaluate(run_compute, gpu):
             block.bind_to_uniform_block(4)
             texture.use(HEIGHT_MAP_UNIT)
 
-        return run_compute(body, inputs, outputs, header=f"{CHOSEN}#include {header}", setup=bind)
+        chosen = CHOSEN + ("#define TERRAIN_ERODED\n" if params.erosion > 0.0 else "")
+        return run_compute(body, inputs, outputs, header=f"{chosen}#include {header}", setup=bind)
 
     yield run
     scope.release()

@@ -77,8 +77,9 @@ float terrain_far_surface(vec3 D, float spacing_m, vec3 w1, vec2 fields, vec2 sh
 #ifdef TERRAIN_TILED
     RealGround real = terrain_real(D, spacing_m);
     float ground_m = terrain_table.real.ground_m + terrain_table.real.ground_rest_m;
-    vec3 unused;
-    h = real.rest * h + real.height + (1.0 - real.rest) * ground_m + terrain_real_relief(real, D, spacing_m, unused);
+    vec3 up = terrain_table.up + D / terrain_table.radius_m, unused;
+    h = real.rest * h + real.height + (1.0 - real.rest) * ground_m
+        + terrain_real_relief(real, D, up, spacing_m, unused);
 #endif
     return h;
 }

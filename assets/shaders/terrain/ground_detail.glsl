@@ -83,6 +83,9 @@ GroundDetail ground_detail(vec3 D, float roughness, float spacing, float footpri
         vec3 g = (weight * frequency * terrain_ridge_slope(n.w, layer.ridge) * amplitude_m / finer) * n.xyz;
 #ifdef TERRAIN_ERODED
         gullies.strength = i >= GULLY_FIRST && i < GULLY_END ? terrain_table.erosion : 0.0;
+#ifdef TERRAIN_TILED
+        if (i >= GULLY_END && i < GULLY_END_BELOW_SAMPLES) gullies.strength = terrain_table.erosion * (1.0 - real.rest);
+#endif
         gullies.d_falls = mat3(0.0);   // how the slope turns within a furrow shows too little
         Gully gully = gully_layer(cell, fraction, wavelength, amplitude_m, mat3(1.0), gullies);
         g = mix(g, (weight * amplitude_m) * gully.d_wave, gully.share);

@@ -424,7 +424,7 @@ TerrainPoint terrain_point(TerrainBroad broad, TERRAIN_PLACE D, float spacing_m,
     slope = real.seen_rest * slope + real.d_height + TERRAIN_SINGLE(height_m) * real.d_rest;
     height_m = TERRAIN_SUM(TERRAIN_PRODUCT(real.rest, height_m), real.height);
     vec3 below;
-    height_m = TERRAIN_SUM(height_m, TERRAIN_NUMBER(terrain_real_relief(real, D, spacing_m, below)));
+    height_m = TERRAIN_SUM(height_m, TERRAIN_NUMBER(terrain_real_relief(real, D, up, spacing_m, below)));
     slope += below;
     kept *= real.rest;
 #endif

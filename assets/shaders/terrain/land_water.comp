@@ -137,8 +137,8 @@ float share_to_water(vec3 point, float level, float known_at, float rise) {
 float ground_at(vec3 D, float width_m, float drawn_m) {
 #ifdef TERRAIN_TILED
     RealGround real = terrain_real(D, width_m);
-    vec3 unused;
-    float below_m = terrain_real_relief(real, D, width_m, unused);
+    vec3 up = terrain_table.up + D / terrain_table.radius_m, unused;
+    float below_m = terrain_real_relief(real, D, up, width_m, unused);
     return TERRAIN_SINGLE(real.height) + real.rest * drawn_m + (real.rest < 1.0 ? below_m : 0.0);
 #else
     return drawn_m;

@@ -6,6 +6,9 @@
 #include "generated/terrain_real_numbers.glsl"
 #include "terrain/limited_cubic.glsl"
 #include "terrain/real_lattice.glsl"
+#ifdef TERRAIN_ERODED
+#include "terrain/gullies.glsl"
+#endif
 
 // Metres of the levels, over what heights count from, and what they leave of the ground around, 0..1. Of the ground
 // that the spacing shows their gradient, and the rest with its own.
@@ -17,7 +20,20 @@ struct RealGround {
     // in metres, times the roughness
     float rough, deep;
     vec3 d_rough;
+#ifdef TERRAIN_ERODED
+    // the slope of the B-spline through the samples, which gullies follow, and how it changes with the place
+    vec3 falls;
+    mat3 d_falls;
+#endif
 };
+
+RealGround no_real_ground() {
+    return RealGround(TERRAIN_NUMBER(0.0), 1.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0, vec3(0.0)
+#ifdef TERRAIN_ERODED
+        , vec3(0.0), mat3(0.0)
+#endif
+    );
+}
 
 int real_word(int index) {
     int bits = terrain_table.real.width_bits;
@@ -120,20 +136,43 @@ float real_roughness(int record, vec2 place, out vec2 by) {
     return dot(wy, sums);
 }
 
-// One level at a place; rough: of the relief below its samples.
+// One level at a place; rough: of the relief below its samples, falls: which that follows.
 struct RealSample {
     TERRAIN_REAL height;
     float weight, rough;
     vec3 d_height, d_weight, d_rough;
+#ifdef TERRAIN_ERODED
+    vec3 falls;
+    mat3 d_falls;
+#endif
 };
+
+#ifdef TERRAIN_ERODED
+// Derivatives of the B-spline through heights by column and row: first ones, and those by column twice, by both, by row
+// twice.
+void real_falls(ivec2 at, vec2 f, out vec2 by, out vec3 second) {
+    vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy);
+    vec4 ddx = vec4(1.0 - f.x, 3.0 * f.x - 2.0, 1.0 - 3.0 * f.x, f.x);
+    vec4 ddy = vec4(1.0 - f.y, 3.0 * f.y - 2.0, 1.0 - 3.0 * f.y, f.y);
+    vec4 r0, r1, r2, r3;
+    real_rows(at, r0, r1);
+    real_rows(at + ivec2(0, 2), r2, r3);
+    float center = r1.y;
+    mat4 rows = mat4(r0 - center, r1 - center, r2 - center, r3 - center);
+    vec4 sums = wx * rows, slopes = dx * rows;
+    by = vec2(dot(wy, slopes), dot(dy, sums));
+    second = vec3(dot(wy, ddx * rows), dot(dy, slopes), dot(ddy, sums));
+}
+#endif
 
 // Between the last row and a pole all meridians come to the same height. rows: from the pole; turn: 1 at the north one.
 void real_towards_pole(float rows, float width, vec2 there, float turn, inout RealSample found, inout vec2 d_height,
-    inout vec2 d_weight) {
+    inout vec2 d_weight, inout float towards) {
     if (rows >= width) return;
     float t = max(rows, 0.0) / width, f = t * t * (3.0 - 2.0 * t), d_f = 6.0 * t * (1.0 - t) / width * turn;
     float pole_m = there.x - terrain_table.real.ground_m - terrain_table.real.ground_rest_m;
     TERRAIN_REAL over = TERRAIN_SUM(found.height, TERRAIN_NUMBER(-pole_m));
+    towards *= f;
     d_height *= f;
     d_height.y += d_f * TERRAIN_SINGLE(over);
     d_weight *= f;
@@ -192,11 +231,12 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, ou
     found.weight = 1.0;
     int weights = real_word(record + 1);
     if (weights >= 0) found.weight = real_weight(real_slot(weights) + at, f, d_weight);
+    float towards = 1.0;
     if (level.mercator == 0) {
         float row = float(real_word(record + 2)) + float(cell.y) + f.y + level.phase.y;
         float width = level.phase.y > 0.0 ? level.phase.y : 1.0;
-        real_towards_pole(row, width, level.polar.xy, 1.0, found, d_height, d_weight);
-        real_towards_pole(level.down - row, width, level.polar.zw, -1.0, found, d_height, d_weight);
+        real_towards_pole(row, width, level.polar.xy, 1.0, found, d_height, d_weight, towards);
+        real_towards_pole(level.down - row, width, level.polar.zw, -1.0, found, d_height, d_weight, towards);
     }
 #ifdef TERRAIN_STREAMED
     if (level.streamed != 0) real_fade(level, record, vec2(cell) + f, found, d_weight);
@@ -207,11 +247,24 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, ou
     found.d_weight = d_weight.x * by_column + d_weight.y * by_row;
     found.rough = 0.0;
     found.d_rough = vec3(0.0);
+#ifdef TERRAIN_ERODED
+    found.falls = vec3(0.0);
+    found.d_falls = mat3(0.0);
+#endif
     if (rough && terrain_table.real.rough != 0) {
         vec2 by;
         found.rough = level.rough_per_m * real_roughness(record, vec2(cell) + f, by);
         if (found.rough < REAL_MOST_ROUGH) found.d_rough = level.rough_per_m * (by.x * by_column + by.y * by_row);
         found.rough = min(found.rough, REAL_MOST_ROUGH);
+#ifdef TERRAIN_ERODED
+        vec3 second;
+        real_falls(real_slot(real_word(record)) + at, f, by, second);
+        by *= towards;
+        second *= towards;
+        found.falls = by.x * by_column + by.y * by_row;
+        found.d_falls = outerProduct(second.x * by_column + second.y * by_row, by_column)
+            + outerProduct(second.y * by_column + second.z * by_row, by_row);
+#endif
     }
     return true;
 }
@@ -238,20 +291,37 @@ float real_below(RealGround real, float wavelength_m) {
     return 1.0 - clamp((wavelength_m / sample_m - 2.0) / 2.0, 0.0, 1.0);
 }
 
-// Metres of the layers that no warp bends, below the samples; slope: their gradient as the spacing shows it.
-float terrain_real_relief(RealGround real, TERRAIN_PLACE D, float spacing_m, out vec3 slope) {
+// Metres of the layers that no warp bends, below the samples; slope: their gradient as the spacing shows it. up: of the
+// place.
+float terrain_real_relief(RealGround real, TERRAIN_PLACE D, vec3 up, float spacing_m, out vec3 slope) {
     slope = vec3(0.0);
     float sum = 0.0, seen = 0.0;
     int end = real.rough > 0.0 ? terrain_shown_layers(spacing_m) : 0, i = terrain_table.warped_layers;
+#ifdef TERRAIN_ERODED
+    float part = 1.0 / max(1.0 - real.rest, REAL_DONE);
+    Gullies gullies = Gullies(real.falls * part, real.d_falls * part, up, real.rough, terrain_table.erosion, 0.0, 0.0,
+        vec3(0.0));
+#endif
     if (i < end) do {
         TerrainLayer layer = terrain_table.layers[i];
-        vec4 n = terrain_noise(layer.lattice, D);
+        ivec3 cell;
+        vec3 fraction;
+        terrain_place(layer.lattice, D, cell, fraction);
+        vec4 n = gradient_noise(cell, fraction);
         float whole = layer.amplitude_m * real_below(real, layer.lattice.wavelength_m);
         float weight = terrain_layer_weight(layer.lattice.wavelength_m, spacing_m);
-        float metres = whole * terrain_ridge(n.w, layer.ridge);
-        sum += metres * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
-        seen += metres * weight;
-        slope += (whole * weight * terrain_ridge_slope(n.w, layer.ridge)) * n.xyz;
+        float value = terrain_ridge(n.w, layer.ridge);
+        vec3 by = (layer.lattice.frequency_per_m * terrain_ridge_slope(n.w, layer.ridge)) * n.xyz;
+#ifdef TERRAIN_ERODED
+        if (i < GULLY_END_BELOW_SAMPLES && whole > 0.0) {
+            Gully gully = gully_layer(cell, fraction, layer.lattice.wavelength_m, whole, mat3(1.0), gullies);
+            by = mix(by, gully.d_wave, gully.share) + gully.d_share * (gully.wave - value);
+            value = mix(value, gully.wave, gully.share);
+        }
+#endif
+        sum += whole * value * terrain_height_weight(layer.lattice.wavelength_m, spacing_m);
+        seen += whole * value * weight;
+        slope += (whole * weight) * by;
     } while (++i < end);
     slope = real.rough * slope + seen * real.d_rough;
     return real.rough * sum;
@@ -260,8 +330,8 @@ float terrain_real_relief(RealGround real, TERRAIN_PLACE D, float spacing_m, out
 // heights: else only what the spacing shows is looked at, `rest` is `seen_rest`, and of relief it is known only that it
 // begins below the finest samples of a set.
 RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
-    RealGround sum = RealGround(TERRAIN_NUMBER(0.0), heights ? 1.0 : 0.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0,
-        vec3(0.0));
+    RealGround sum = no_real_ground();
+    sum.rest = heights ? 1.0 : 0.0;
     vec3 p = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
     int k = 0, levels = terrain_table.real.levels;
     if (k < levels) do {
@@ -276,6 +346,10 @@ RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
             sum.rough += part * steep;
             sum.deep += part * steep * log2(heights ? level.sample_m : level.finest_m);
             sum.d_rough += part * found.d_rough;
+#ifdef TERRAIN_ERODED
+            sum.falls += part * found.falls;
+            sum.d_falls += part * found.d_falls;
+#endif
             sum.rest *= 1.0 - high * found.weight;
             float weight = share * found.weight, kept = sum.seen_rest, h = TERRAIN_SINGLE(found.height);
             vec3 d_weight = share * found.d_weight;
@@ -300,8 +374,13 @@ RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) { return real_composed
 // is shorter than its samples. longest_m: of the layers that pixels add.
 RealGround terrain_real_seen(vec3 D, float spacing_m, float footprint_m, float longest_m) {
     float finest_m = terrain_table.real_levels[0].sample_m;
-    if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m && longest_m <= 2.0 * finest_m)
-        return RealGround(0.0, 1.0, 1.0, vec3(0.0), vec3(0.0), 0.0, 0.0, vec3(0.0));
+    float alike_m = 2.0 * finest_m;
+#ifdef TERRAIN_ERODED
+    // There are gullies of lengths that the ground around has none of.
+    float first_m = terrain_table.layers[0].lattice.wavelength_m;
+    alike_m = min(alike_m, first_m * exp2(-float(GULLY_END_BELOW_SAMPLES - 1)));
+#endif
+    if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m && longest_m <= alike_m) return no_real_ground();
     return real_composed(D, footprint_m, false);
 }
 
