@@ -40,7 +40,7 @@ def _image(number: int, meaning: str) -> Point:
 OWN = {"uniform block": range(15, 16), "storage buffer": range(8), "texture unit": range(8), "image": range(8)}
 """Numbers that a pass, a game's too, may bind as its own, wherever its shaders include nothing that has them."""
 
-POINTS = {kind: 1 + max(own) for kind, own in OWN.items()} | {"texture unit": 20}
+POINTS = {kind: 1 + max(own) for kind, own in OWN.items()} | {"texture unit": 21}
 """How many points of each kind are in use: what a host's state guard keeps."""
 
 FRAME_BLOCK = _block(0, "the view's frame")
@@ -149,6 +149,7 @@ CLOUD_SKY_UNIT = _unit(17, "clouds: light of the cloudy sky")
 CLOUD_CELLS_UNIT = _unit(15, "clouds: volume of noise for cells and clusters")
 RIVERS_UNIT = _unit(18, "terrain: rivers and lakes")
 COVER_UNIT = _unit(19, "map of the trees' shadows")
+WOODS_UNIT = _unit(20, "terrain: forests of a vector map")
 
 RADIANCE_IMAGE = _image(0, "radiance of the view")
 COAST_NORMAL_IMAGE = _image(0, "G-buffer's normal, where the coast is drawn or waves are")

@@ -35,6 +35,7 @@ from .real_texture import MOST_LEVELS, TerrainReal, TerrainRealLevel, fixed_unit
 from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
 from .rivers.texture import river_layout
 from .rivers.valleys import valleys
+from .woods_map import TerrainWoods, write_woods
 
 __all__ = ["TerrainTable", "canonical_table", "octave_table"]
 
@@ -156,6 +157,7 @@ class TerrainTable:
     map_faces: Annotated[Any, array(TerrainMapFace, 6)]
     color: TerrainColorMap
     rivers: TerrainRivers
+    woods: TerrainWoods
     real: TerrainReal
     real_levels: Annotated[Any, array(TerrainRealLevel, MOST_LEVELS)]
     erosion: Annotated[float, "share of relief that is gullies where it is steep"]
@@ -247,6 +249,8 @@ def octave_table(
         write_real(table, model.params.real, model.real_rough, point, height_m)
     elif model.params.pictured:
         write_anchor(table, point)
+    if model.params.woods is not None:
+        write_woods(table, model.params.woods, point)
     if model.params.waters is not None:
         _write_rivers(table, model.params.waters, point, height_m)
     if craters:

@@ -1,5 +1,5 @@
-"""The GPU's copies of height map, colour map and rivers, bound where the height function and the ground's light read
-them."""
+"""The GPU's copies of height map, colour map, rivers and forests, bound where the height function and the ground's
+light read them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UNIT
+from ...engine.blocks.bindings import COLOR_MAP_UNIT, HEIGHT_MAP_UNIT, RIVERS_UNIT, WOODS_UNIT
 from ...engine.gpu import GpuScope
 from ...engine.real_ground.color_ground import ColorGround
 from ...engine.real_ground.real_ground import RealGround
@@ -22,6 +22,7 @@ from .real_stream import RealStream
 from .real_texture import fixed_unit_m, real_texels
 from .rivers.table import RiverTable
 from .rivers.texture import river_texels
+from .woods_map import WoodsMap
 
 __all__ = ["MapTextures"]
 
@@ -31,8 +32,8 @@ class MapTextures:
 
     def __init__(self, gpu: GpuScope) -> None:
         self._gpu = gpu
-        self._shown: list[Any] = [None, None, None]
-        self._textures: list[Any] = [None, None, None]
+        self._shown: list[Any] = [None, None, None, None]
+        self._textures: list[Any] = [None, None, None, None]
         self._radius_m = 0.0
         self.stream: RealStream | None = None
         """Brings the pages of real ground that streams."""
@@ -55,6 +56,7 @@ class MapTextures:
         height: HeightMap | RealGround | None,
         color: CubeMap | ColorGround | None,
         rivers: RiverTable | None = None,
+        woods: WoodsMap | None = None,
         radius_m: float = 0.0,
         highest_m: float = 0.0,
     ) -> None:
@@ -64,7 +66,7 @@ class MapTextures:
             if isinstance(tiles, (RealGround, ColorGround)) and radius_m != self._radius_m:
                 self._shown[k] = None  # its places are counted on the sphere
         self._radius_m = radius_m
-        for k, found in enumerate((height, color, rivers)):
+        for k, found in enumerate((height, color, rivers, woods)):
             if found is self._shown[k]:
                 continue
             if self._textures[k] is not None:
@@ -94,6 +96,10 @@ class MapTextures:
             elif isinstance(found, RiverTable):
                 _, texels = river_texels(found)
                 self._textures[k] = self._gpu.texture(texels.shape[1::-1], "rgba32ui", texels.view(np.uint32))
+            elif isinstance(found, WoodsMap):
+                size = found.share.shape[::-1]
+                levels = max(size).bit_length()
+                self._textures[k] = self._gpu.texture(size, "r8", found.share, levels, filter="trilinear")
             elif found is not None:
                 picture = found.atlas()
                 roots = np.full((*picture.shape[:2], 4), 255, dtype=np.uint8)  # square roots: even steps for the eye
@@ -109,6 +115,7 @@ class MapTextures:
             table["color"] = (color.cells, len(color.levels), strength)
 
     def bind(self) -> None:
-        for texture, unit in zip(self._textures, (HEIGHT_MAP_UNIT, COLOR_MAP_UNIT, RIVERS_UNIT), strict=True):
+        units = HEIGHT_MAP_UNIT, COLOR_MAP_UNIT, RIVERS_UNIT, WOODS_UNIT
+        for texture, unit in zip(self._textures, units, strict=True):
             if texture is not None:
                 texture.use(unit)

@@ -55,6 +55,7 @@ from .real_wanted import Eye
 from .rivers.source import source
 from .rivers.table import RiverTable
 from .view import MaterialKey, OctavesKey, TerrainView
+from .woods_map import woods_map
 
 _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
@@ -213,7 +214,8 @@ class TerrainSystem(System):
         self._provide_sources(params, isinstance(color, StreamedColors))
         field = TerrainField(params)
         height = params.real or params.height_map
-        self._maps.show(height, color, params.waters, params.radius_m, field.highest_m)
+        woods = None if params.woods is None else woods_map(params.woods, params.radius_m)
+        self._maps.show(height, color, params.waters, woods, params.radius_m, field.highest_m)
         self.structure += self._watered != (params.waters is not None)
         self._ground = Ground(params, field, stamp, self._complete_table)
         world.set_resource(HEIGHT_FIELD, self.backend.drawn_field(self._ground))
@@ -229,6 +231,7 @@ class TerrainSystem(System):
             "PICTURED": params.pictured,
             "PICTURES_STREAMED": colors_stream,
             "RIVERS": params.waters is not None,
+            "WOODED": params.woods is not None,
             "CARVED": params.rivers is not None,
             "ERODED": params.erosion > 0.0,
         }

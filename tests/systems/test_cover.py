@@ -414,7 +414,7 @@ def test_woods_are_those_of_the_materials(run_compute, gpu):
         """vec3 zenith = normalize(d + terrain_table.up * terrain_table.radius_m);
         moisture = terrain_point(d, 1e-3).moisture;
         Ground ground = ground_at(GroundDetail(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0), zenith, h, vec3(0.0), 0.0,
-            moisture, 1.0);
+            moisture, 1.0, 1.0);
         warmth = ground.mean_warmth;
         humidity = ground.mean_humidity;
         Material material;

@@ -4,6 +4,7 @@
 //   TERRAIN_CRATERED, TERRAIN_MAPPED   the height function may have craters, a height map
 //   TERRAIN_TILED                      some of it is real elevation, from tiles; never with TERRAIN_MAPPED
 //   TERRAIN_RIVERS                     there are rivers and lakes
+//   TERRAIN_WOODED                     a map says where forests are
 //   TERRAIN_CARVED                     those carve the ground; only with TERRAIN_RIVERS
 //   TERRAIN_ERODED                     some of its relief is gullies
 //   TERRAIN_COLORED                    the ground may have a colour map

@@ -100,15 +100,18 @@ void ground_steepness(inout Ground ground) {
         * terrain_material_block.strata;
 }
 
-// gradient: of the visible relief, metres per metre; footprint: what a pixel covers, metres.
+// gradient: of the visible relief, metres per metre; footprint: what a pixel covers, metres. wooded: where a map lets
+// woods stand.
 Ground ground_at(
-    GroundDetail noise, vec3 zenith, float height, vec3 gradient, float roughness, float moisture, float footprint
+    GroundDetail noise, vec3 zenith, float height, vec3 gradient, float roughness, float moisture, float footprint,
+    float wooded
 ) {
     Ground ground;
     ground.height_m = height;
     ground.roughness = roughness;
     ground.moisture = moisture;
     ground.footprint_m = footprint;
+    ground.wooded = wooded;
     ground_chance(ground, noise);
     ground_relief(ground, gradient, noise.shore);
     ground_climate(ground, zenith, gradient);

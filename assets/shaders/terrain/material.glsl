@@ -24,7 +24,7 @@ struct Material {
     Growth growth;    // and that hold a plant
     vec3 plant;       // albedo of plants
 #ifdef GROUND_COVER
-    float inland;     // share of the pixel that is off the beach
+    float inland;     // share of the pixel that may have woods: off the beach, and where a map has some
 #endif
     Ripples ripples;  // of loose ground
 };
@@ -41,10 +41,11 @@ Ripples stronger(Ripples a, Ripples b) {
 // (terrain/clutter.glsl). stones, plants, trees: what the materials leave of them.
 void stand_on(inout Material material, Ground ground, float stones, float plants, float trees) {
     float wet = ramp(0.25, 0.55, ground.mean_humidity) * ground.plants, growing = wet * plants;
-    float woods = ramp(0.50, 0.72, ground.mean_humidity) * ramp(0.15, 0.28, ground.mean_warmth);
+    float woods = ground.wooded * ramp(0.50, 0.72, ground.mean_humidity) * ramp(0.15, 0.28, ground.mean_warmth);
     material.stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * ground.roughness) * stones;
     material.growth =
-        Growth(growing * 0.95, growing * 0.32, growing * (0.10 + 0.45 * woods), wet * trees * woods, woods);
+        Growth(growing * 0.95, growing * 0.32, ground.wooded * growing * (0.10 + 0.45 * woods),
+            wet * trees * woods, woods);
 }
 
 #include "generated/terrain_materials.glsl"

@@ -25,6 +25,9 @@
 #ifdef TERRAIN_PICTURED
 #include "terrain/real_colors.glsl"
 #endif
+#ifdef TERRAIN_WOODED
+#include "terrain/woods.glsl"
+#endif
 #include "contract/air.glsl"
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
@@ -176,8 +179,15 @@ Shown ground_shown(Spot s, vec4 attributes) {
 #endif
     moisture = max(moisture - TERRAIN_DUG_DRY * craters.dug, 0.0);
     ground_cliffs(detail, s.D + s.height_m * s.zenith, length(gradient), s.footprint_m);
-    Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m);
+    float wooded = 1.0;
+#ifdef TERRAIN_WOODED
+    wooded = terrain_wooded(s.D, s.footprint_m);
+#endif
+    Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m, wooded);
     Material material = terrain_material(ground);
+#ifdef GROUND_COVER
+    material.inland *= wooded;
+#endif
 #ifdef TERRAIN_COLORED
     if (terrain_table.color.cells > 0)
         material.albedo = colored(material, ground, s.zenith);

@@ -1,0 +1,23 @@
+// Where a vector map lets woods stand, as a share of the pixel: systems/terrain/woods_map.py.
+#include "generated/bindings.glsl"
+#include "generated/terrain_table.glsl"
+#include "terrain/real_lattice.glsl"
+
+layout(binding = WOODS_UNIT) uniform sampler2D u_woods;
+
+// D: the foot on the reference sphere minus the anchor's. 1 beyond the map's bounds.
+float terrain_wooded(vec3 D, float footprint_m) {
+    TerrainWoods woods = terrain_table.woods;
+    float radius_m = terrain_table.radius_m;
+    // Angles from the anchor, as sines of differences: none of the anchor's own is lost to rounding.
+    vec3 c = terrain_table.up * radius_m, p = c + D;
+    float flat_c = length(c.xy), flat_p = length(p.xy);
+    float out_m = (2.0 * dot(c.xy, D.xy) + dot(D.xy, D.xy)) / (flat_c + flat_p);
+    float east = real_angle(c.x * D.y - c.y * D.x, dot(c.xy, p.xy));
+    float north = real_angle(D.z * flat_c - c.z * out_m, c.z * p.z + flat_c * flat_p);
+    vec2 at = woods.place + vec2(east, -north) / woods.texel_rad, size = vec2(woods.size);
+    if (any(lessThan(at, vec2(0.0))) || any(greaterThan(at, size))) return 1.0;
+    // By the wider side of a texel: the narrower one shows too little rather than flickers.
+    float texel_m = radius_m * max(woods.texel_rad.x * flat_p / radius_m, woods.texel_rad.y);
+    return textureLod(u_woods, at / size, max(log2(footprint_m / texel_m), 0.0)).r;
+}

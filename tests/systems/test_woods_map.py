@@ -1,0 +1,98 @@
+"""Forests of a vector map in the ground's own colour, beyond single trees: the picture of shares, the GPU, pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from vector_kit import feature, polygon, ring, write_map
+
+import planetfall as pf
+from planetfall.engine.blocks.bindings import WOODS_UNIT
+from planetfall.engine.real_ground.lattice import directions_at
+from planetfall.engine.real_ground.polygons import Polygons
+from planetfall.systems.terrain.height import TerrainParams
+from planetfall.systems.terrain.height_table import octave_table
+from planetfall.systems.terrain.woods_map import woods_map
+
+RADIUS_M = 6.371e6
+
+
+def woods_about(latitude, longitude, size_deg=0.02):
+    """A round wood with a clearing, and a square one to the east."""
+    flat = size_deg / np.cos(np.radians(latitude))
+    round_wood = np.array(ring(longitude, latitude, flat, size_deg, 90, 0.2))
+    clearing = np.array(ring(longitude, latitude, 0.4 * flat, 0.4 * size_deg, 50))[::-1]
+    east = longitude + 3.0 * flat
+    square = np.array([(east + a * flat, latitude + b * size_deg) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+    return [(round_wood, clearing), (np.concatenate([square, square[:1]]),)]
+
+
+@pytest.mark.parametrize("latitude", [0.0, 46.5, -78.0])
+def test_shares_are_those_of_the_polygons(latitude):
+    woods = Polygons(woods_about(latitude, 7.5))
+    found = woods_map(woods, RADIUS_M)
+    rows, columns = found.share.shape
+    assert max(rows, columns) <= 2048
+    row, column = np.mgrid[:rows:7, :columns:7]
+    across, up = found.texel_deg
+    longitude, latitudes = found.west_deg + (column + 0.5) * across, found.north_deg - (row + 0.5) * up
+    inside = woods.inside(longitude.ravel(), latitudes.ravel()).reshape(row.shape)
+    share = found.share[::7, ::7]
+    assert 0.2 < inside.mean() < 0.8
+    assert ((share > 127) == inside).mean() > 0.999
+    assert np.isin(share, (0, 255)).mean() > 0.95
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [(46.5, 7.5), (-0.01, 180.0), (84.0, -179.99)])
+def test_on_the_gpu(run_compute, gpu, latitude, longitude):
+    """As the picture has it, whatever the anchor: above it, 300 km away, on the other side of the planet."""
+    woods = Polygons(woods_about(latitude, longitude))
+    found, params = woods_map(woods, RADIUS_M), TerrainParams(woods=woods)
+    scope, rng = gpu.scope("test"), np.random.default_rng(1)
+    texture = scope.texture(found.share.shape[::-1], "r8", found.share, filter="linear")
+    flat = 0.08 / np.cos(np.radians(latitude))
+    places = longitude + 0.04 + flat * rng.uniform(-1, 1, 3000), latitude + 0.04 * rng.uniform(-1, 1, 3000)
+    places = places[0] + 1e-12, places[1]
+    at = directions_at(places[1], places[0]).T
+    expected = np.where(woods.boxed(*places), woods.inside(*places), 1.0)
+    header = "#define TERRAIN_SOURCES_CHOSEN\n#define TERRAIN_WOODED\n#define TERRAIN_PLACE vec3\n"
+    for anchor, most in ((at[0], 0.01), (directions_at(latitude - 3.0, longitude), 0.02), (-at[0], 0.1)):
+        block = scope.buffer(octave_table(params, anchor).tobytes())
+
+        def bind(_, block=block):
+            block.bind_to_uniform_block(4)
+            texture.use(WOODS_UNIT)
+
+        d = ((at - anchor) * RADIUS_M).astype(np.float32)
+        out = run_compute("share = terrain_wooded(d, 0.5);", {"d": d}, {"share": "float"},
+                          header=f'{header}#include "terrain/woods.glsl"', setup=bind)  # fmt: skip
+        assert (np.abs(out["share"] - expected) > 0.5).mean() < most
+    scope.release()
+
+
+def test_from_afar_woods_are_where_the_map_has_them(tmp_path):
+    """Straight down from 6 km: in the wood as without a map, beside it as with a map that has none there."""
+    scene = pf.load_scene("earth")
+    terrain = scene.planet[pf.Terrain]
+    terrain.rivers, terrain.humidity = 0.0, 1.0
+    latitude, longitude = 9.23, 29.98  # forest, by climate
+    scene.sun = pf.Sun(elevation_deg=50.0, latitude_deg=latitude, longitude_deg=longitude)
+    camera = pf.Camera.at(latitude, longitude, 6_000.0, pitch_deg=-90.0, above="ground").exposed(14.5)
+
+    def square(west, south, east, north):
+        corners = ((west, south), (east, south), (east, north), (west, north), (west, south))
+        return feature(polygon([(longitude + a, latitude + b) for a, b in corners]), natural="wood")
+
+    def picture(vector_map=""):
+        terrain.vector_map = str(vector_map)
+        with pf.Renderer(scene, (160, 90), "low") as renderer:
+            return renderer.snapshot(camera).array[..., :3].astype(float)
+
+    specks = square(-0.1, -0.1, -0.0999, -0.0999), square(0.0999, 0.0999, 0.1, 0.1)
+    bare = write_map(tmp_path / "bare.geojson", *specks)
+    half = write_map(tmp_path / "half.geojson", *specks, square(0.0, -0.1, 0.1, 0.1))
+    everywhere, nowhere, mapped = picture(), picture(bare), picture(half)
+    wood, beside = np.s_[5:85, 90:155], np.s_[5:85, 5:70]
+    assert np.abs(everywhere - nowhere)[..., 0].mean() > 25.0
+    assert np.abs(mapped - everywhere)[wood].mean() < 1.0
+    assert np.abs(mapped - nowhere)[beside].mean() < 1.0
