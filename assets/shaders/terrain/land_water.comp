@@ -65,10 +65,12 @@ LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
     LandWater w = NO_LAND_WATER;
     WaterSums sums = NO_WATER_SUMS;
 #ifdef WATER_WIDE
-    RiverPlace p = river_place(D);
-    int begin = p.lines.x, k = begin, end = asked ? p.lines.x + p.lines.y : begin;
     float least = WATER_LEAST_PX * 0.5 * length(across);
-    end = k < end && river_packed_half_width(river_packed_line(k)) > least ? end : begin;
+    RiverPlace p = river_unbent(D);
+    if (asked) p.lines = river_lines(river_cell(p), least);
+    int begin = p.lines.x, k = begin, end = begin + p.lines.y;
+    if (k < end && river_packed_half_width(river_packed_line(k)) <= least) end = begin;
+    p = river_bent(p, D, k < end ? RIVER_BENDS : 0);
 #define NEXT_LINE (++k < end && river_packed_half_width(river_packed_line(k)) > least)
 #else
     int octaves = RIVER_BENDS;
@@ -90,11 +92,7 @@ LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
         best = beyond < nearest ? k : best;
         nearest = min(nearest, beyond);
     } while (NEXT_LINE);
-    bool some = end > begin;
-    RiverEnds ends = ends_at(best);
-    ends.above.y = some ? ends.above.y : 0.0;
-    ends.below.y = some ? ends.below.y : 0.0;
-    land_water_add(w, sums, river_line(ends, p), p, across, along);
+    if (end > begin) land_water_add(w, sums, river_line(ends_at(best), p), p, across, along);
     w.coverage = coverage;
 #else
     if (k < end) do {

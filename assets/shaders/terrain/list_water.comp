@@ -63,7 +63,8 @@ TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float
     TileLines found = TileLines(0, false);
     int cell = 0;
     if (cells > 0) do {
-        ivec2 lines = river_lines(low + ivec3(cell % sides.x, cell / sides.x % sides.y, cell / (sides.x * sides.y)));
+        ivec2 lines = river_lines(low + ivec3(cell % sides.x, cell / sides.x % sides.y, cell / (sides.x * sides.y)),
+            least);
         int k = lines.x, end = lines.x + lines.y, packed_line = k < end ? river_packed_line(k) : 0;
         float half_width = river_packed_half_width(packed_line);
         if (half_width > least) do {

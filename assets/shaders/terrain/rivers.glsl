@@ -14,20 +14,28 @@ ivec4 river_texel(int index) {
     return ivec4(texelFetch(u_terrain_rivers, place, 0));
 }
 
-// Lines that pass a cell: from x on, y of them. The sphere passes a column on either side of the equator.
-ivec2 river_lines(ivec3 cell) {
+float river_half_width_of(int code) {
+    return code > 0 ? exp2(float(code) * (1.0 / RIVER_WIDTH_STEPS) + RIVER_WIDTH_LEAST) : 0.0;
+}
+
+// Lines that pass a cell: from x on, y of them; none where no half width in its column is above `least`, m, which takes
+// one look-up. The sphere passes a column on either side of the equator.
+ivec2 river_lines(ivec3 cell, float least) {
     int across = terrain_table.rivers.across, half_across = across >> 1;
     ivec2 c = clamp(cell.xy + half_across, 0, across - 1);
     int number = (cell.z < 0 ? 0 : across * across) + c.y * across + c.x;
     ivec4 two = river_texel(number >> 1);
     ivec2 column = (number & 1) != 0 ? two.zw : two.xy;
-    int low = column.y & 1023, high = column.y >> 10, z = cell.z + RIVER_HALF;
-    bool inside = z >= low && z < high;
-    int index = inside ? column.x + z - low : 0;
-    int packed_lines = inside ? river_texel(terrain_table.rivers.first_cell + (index >> 2))[index & 3] : 0;
+    int low = column.y & 1023, high = column.y >> 10 & 2047, z = cell.z + RIVER_HALF, packed_lines = 0;
+    if (z >= low && z < high && river_half_width_of(column.y >> RIVER_WIDEST_BIT) > least) {
+        int index = column.x + z - low;
+        packed_lines = river_texel(terrain_table.rivers.first_cell + (index >> 2))[index & 3];
+    }
     int bits = terrain_table.rivers.count_bits;
     return ivec2(packed_lines >> bits, packed_lines & ((1 << bits) - 1));
 }
+
+ivec2 river_lines(ivec3 cell) { return river_lines(cell, -1.0); }
 
 // A place as lines see it.
 struct RiverPlace {
@@ -118,10 +126,7 @@ int river_packed_line(int index) {
     return river_texel(terrain_table.rivers.first_line + (index >> 2))[index & 3];
 }
 
-float river_packed_half_width(int packed_line) {
-    int code = packed_line >> RIVER_NODE_BITS;
-    return code > 0 ? exp2(float(code) * (1.0 / RIVER_WIDTH_STEPS) + RIVER_WIDTH_LEAST) : 0.0;
-}
+float river_packed_half_width(int packed_line) { return river_half_width_of(packed_line >> RIVER_NODE_BITS); }
 
 RiverEnds river_ends_of(int packed_line) {
     int nodes = terrain_table.rivers.first_node, node = packed_line & RIVER_NODE_MASK;

@@ -24,6 +24,8 @@ _NODE_BITS = 22
 """Of a node's number; those above hold the half width of the line that begins there, in 24ths of octaves from 1/64 m to
 40 km."""
 _WIDTH_STEPS, _WIDTH_LEAST = 24, -6
+_WIDEST_BIT = 21
+"""Of a column, from which on it has that of its widest line."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,12 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     if len(many) and int(many.max()) >= 1 << bits:
         raise ValueError(f"rivers: {int(many.max())} lines pass one cell; at most {(1 << bits) - 1} can")
     across = 2 * (int(np.ceil(table.radius_m / table.cell_m)) + 1)
-    columns, cells = _columns(table, across, (table.begin[:-1] << bits) | many)
+    packed = _packed_lines(table)
+    widest = np.zeros(len(many), dtype=np.int32)  # the first of each cell's
+    widest[many > 0] = packed[table.begin[:-1][many > 0]] >> _NODE_BITS
+    columns, cells = _columns(table, across, (table.begin[:-1] << bits) | many, widest)
     lines = np.zeros(-(-max(len(table.lines), 1) // 4) * 4, dtype=np.int32)
-    lines[: len(table.lines)] = _packed_lines(table)
+    lines[: len(table.lines)] = packed
     nodes = np.zeros((len(table.place), 3, 4), dtype=np.int32)
     nodes[:, 0, :3], nodes[:, 0, 3] = table.place, table.to
     nodes[:, 1:] = table.values.view(np.int32).reshape(-1, 2, 4)
@@ -76,27 +81,30 @@ def river_layout(table: RiverTable) -> RiverLayout:
     return river_texels(table)[0]
 
 
-def _columns(table: RiverTable, across: int, packed: Integers) -> tuple[Integers, Integers]:
-    """Columns (2 across^2, 2): index of the lowest cell, and 1024 times the end of its cells' z, plus their lowest z,
-    both from -512 on; cells (K,) of all columns, 0 where no line passes. South of the equator first."""
+def _columns(table: RiverTable, across: int, packed: Integers, widest: Integers) -> tuple[Integers, Integers]:
+    """Columns (2 across^2, 2): index of the lowest cell; and the code of the widest line's half width, the end of its
+    cells' z and their lowest z, both from -512 on, in bits from 21, 10 and 0. Cells (K,) of all columns, 0 where no
+    line passes. South of the equator first. packed, widest: of the table's cells."""
     x, y, z = table.keys & 1023, table.keys >> 10 & 1023, table.keys >> 20
     number = (z >= 512) * across * across + (y - 512 + across // 2) * across + (x - 512 + across // 2)
     low, high = np.full(2 * across * across, 1023), np.zeros(2 * across * across, dtype=np.int64)
     np.minimum.at(low, number, z)
     np.maximum.at(high, number, z + 1)
+    wide = np.zeros(len(low), dtype=np.int64)
+    np.maximum.at(wide, number, widest)
     tall = np.maximum(high - low, 0)
     first = np.cumsum(tall) - tall
     cells = np.zeros(-(-max(int(tall.sum()), 1) // 4) * 4, dtype=np.int32)
     cells[first[number] + z - low[number]] = packed
-    columns = np.stack([first, (high << 10) | low], axis=1).astype(np.int32)
+    columns = np.stack([first, (wide << _WIDEST_BIT) | (high << 10) | low], axis=1).astype(np.int32)
     return np.concatenate([columns, np.zeros((len(columns) % 2, 2), np.int32)]), cells
 
 
 def _shader() -> str:
     numbers: dict[str, Any] = {
-        "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "HALF": 512,
-        "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS), "WIDTH_LEAST": float(_WIDTH_LEAST),
-        "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
+        "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "HALF": 512, "WIDEST_BIT": _WIDEST_BIT,
+        "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS),
+        "WIDTH_LEAST": float(_WIDTH_LEAST), "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "BANK_SHARE": form.BANK_SHARE, "FLOOR_SLOPE": form.FLOOR_SLOPE,
     }  # fmt: skip
     text = "".join(f"const {type(v).__name__} RIVER_{name} = {v};\n" for name, v in numbers.items())
