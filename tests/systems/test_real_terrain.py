@@ -177,6 +177,21 @@ def test_saved_scenes_find_their_tiles(tmp_path, monkeypatch):
         pf.load_scene("far/away.toml")
 
 
+@pytest.mark.parametrize("knob", ["height_map", "color_map", "vector_map"])
+@pytest.mark.parametrize("path", ["~nobody of that name", "~nobody of that name/a.toml", "x" * 300])
+def test_paths_to_nothing_are_told(tmp_path, knob, path):
+    """Homes of users who aren't there, and names that no folder takes, in files of scenes and set on them."""
+    file = tmp_path / "world.toml"
+    file.write_text(f'base = "earth"\n[terrain]\nrivers = 0.0\n{knob} = "{path}"\n')
+    with pytest.raises(pf.SceneError, match=rf"Terrain\.{knob}: .*{path}.*correct the (path|file)"):
+        pf.load_scene(file).validate()
+    scene = pf.load_scene("earth")
+    scene.planet[pf.Terrain].rivers = 0.0
+    setattr(scene.planet[pf.Terrain], knob, path)
+    with pytest.raises(pf.SceneError, match=rf"Terrain\.{knob}: .*{path}.*correct the (path|file)"):
+        scene.validate()
+
+
 def test_one_tile_is_no_map(tmp_path):
     file = write_hgt(tmp_path, 46, 7, 31)
     with pytest.raises(pf.SettingError, match="is one tile; expected the folder"):
