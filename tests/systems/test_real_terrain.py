@@ -63,6 +63,19 @@ def test_heights_are_the_files_and_the_procedural_ones_beyond(tmp_path):
     np.testing.assert_array_equal(ground.height(far), pf.TerrainSampler(plain).height(far))
 
 
+@pytest.mark.parametrize("most_mb", [256.0, 1.0], ids=["in memory", "streamed"])
+def test_high_tiles_leave_the_ground_around_as_it_is(tmp_path, most_mb):
+    """Samples above Terrain.highest_m raise the bounds, and nothing else."""
+    values = np.rint(np.random.default_rng(2).normal(9500.0, 60.0, (801, 801))).astype(np.int16)
+    write_hgt(tmp_path, 46, 7, 801, values)
+    scene, plain = scene_of(tmp_path, height_map_most_mb=most_mb), scene_of(tmp_path)
+    plain.planet[pf.Terrain].height_map = ""
+    far = pf.direction(np.linspace(-80.0, 30.0, 300), np.linspace(-170.0, -60.0, 300))
+    ground, without = pf.TerrainSampler(scene), pf.TerrainSampler(plain)
+    assert ground.highest_m > values.max() > without.highest_m
+    np.testing.assert_array_equal(ground.height(far), without.height(far))
+
+
 def test_slopes_are_those_of_the_heights(params):
     """In the finest tile, in the country and at its margins; but for how relief comes in there."""
     rng = np.random.default_rng(3)
