@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from .color_files import read_color_tile
 from .found import TileError, middle_piece, pieces
-from .survey import SetFacts, begin_survey, draw_tile
+from .survey import SetFacts, begin_survey
+from .survey_picture import SetPicture
 from .tile_folders import COLORS, HEIGHTS, tile_folders
 from .tile_index import TileSet, first_tiles
 
@@ -48,6 +49,9 @@ def color_survey(
     picture = np.tile(_NOTHING, (*shape, 1)) if longest_px else None
     total, done = sum(map(len, sets)), 0
     for facts in reversed(found):
+        drawn = None
+        if picture is not None:
+            drawn = SetPicture(picture.shape, facts.tiles.lattice, corner, scale, smooth=False)
         for number in range(len(facts.tiles)):
             file, where = facts.tiles.tile(number)
             try:
@@ -55,9 +59,8 @@ def color_survey(
                     pixels = read_color_tile(file, piece)
                     there = pixels[..., 3] > 0
                     facts.count(file, piece, there)
-                    if picture is not None:
-                        at = piece.column, piece.row
-                        draw_tile(picture, facts.tiles, pixels[..., :3], there, at, corner, scale)
+                    if drawn is not None:
+                        drawn.draw(pixels[..., :3], there, (piece.column, piece.row))
                 facts.see(file, where)
             except (TileError, OSError) as error:
                 facts.broken.append(str(error))
@@ -65,4 +68,6 @@ def color_survey(
             done += 1
             if progress is not None:
                 progress(done, total)
+        if picture is not None and drawn is not None:
+            drawn.onto(picture)
     return found, picture

@@ -6,17 +6,17 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .found import Found, TileError, pieces
+from .survey_picture import SetPicture
 from .tile_files import read_tile
 from .tile_index import TileSet
 from .warped_files import file_grid, in_file
 
-__all__ = ["SetFacts", "begin_survey", "draw_tile", "survey"]
+__all__ = ["SetFacts", "begin_survey", "survey"]
 
 Floats = NDArray[np.float64]
 
@@ -88,6 +88,7 @@ def survey(
     picture = np.full(shape, np.nan) if longest_px else None
     total, done = sum(map(len, sets)), 0
     for facts in reversed(found):  # the finest last, over the others
+        drawn = None if picture is None else SetPicture(shape, facts.tiles.lattice, corner, scale, smooth=True)
         for number in range(len(facts.tiles)):
             file, where = facts.tiles.tile(number)
             try:
@@ -98,8 +99,8 @@ def survey(
                     if there.any():
                         facts.lowest_m = min(facts.lowest_m, float(np.nanmin(values)))
                         facts.highest_m = max(facts.highest_m, float(np.nanmax(values)))
-                    if picture is not None:
-                        draw_tile(picture, facts.tiles, values, there, (piece.column, piece.row), corner, scale)
+                    if drawn is not None:
+                        drawn.draw(values, there, (piece.column, piece.row))
                 facts.see(file, where)
             except (TileError, OSError) as error:
                 facts.broken.append(str(error))
@@ -107,6 +108,8 @@ def survey(
             done += 1
             if progress is not None:
                 progress(done, total)
+        if picture is not None and drawn is not None:
+            drawn.onto(picture)
     return found, picture
 
 
@@ -137,24 +140,3 @@ def _around(west: Floats, east: Floats) -> tuple[float, float]:
 def _beyond(longitude: float, start: float) -> float:
     """The same longitude, counted east from a start."""
     return start + float(np.mod(longitude - start, 360.0))
-
-
-def draw_tile(
-    picture: NDArray[Any], tiles: TileSet, values: NDArray[Any], there: NDArray[np.bool_], first: tuple[int, int],
-    corner: tuple[float, float], scale: float,
-) -> None:  # fmt: skip
-    """The pixels that a tile covers, from its nearest samples. first: its first column and row."""
-    lattice = tiles.lattice
-    rows, columns = np.arange(values.shape[0]) + first[1], np.arange(values.shape[1]) + first[0]
-    latitude, longitude = lattice.place(np.zeros(len(rows)), rows)[0], lattice.place(columns, np.zeros(len(columns)))[1]
-    longitude -= 360.0 * np.floor((longitude[0] - corner[1] + 1e-6) / 360.0)
-    y, x = (corner[0] - latitude) * scale, (longitude - corner[1]) * scale
-    j = np.arange(max(int(np.floor(y[0])), 0), min(int(np.ceil(y[-1])) + 1, picture.shape[0]))
-    i = np.arange(max(int(np.floor(x[0])), 0), min(int(np.ceil(x[-1])) + 1, picture.shape[1]))
-    if not len(i) or not len(j):
-        return
-    at_row = np.clip(np.searchsorted(y, j + 0.5), 0, len(y) - 1)
-    at_column = np.clip(np.searchsorted(x, i + 0.5), 0, len(x) - 1)
-    part = np.ix_(at_row, at_column)
-    target = picture[j[0] : j[-1] + 1, i[0] : i[-1] + 1]
-    target[there[part]] = values[part][there[part]]

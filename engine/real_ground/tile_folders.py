@@ -23,11 +23,13 @@ A map is a folder, searched with all below it, or an index file (.toml) that nam
 
 from __future__ import annotations
 
+import os
 import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ..user_paths import place_of
 from .found import TileError
 from .tile_files import ENDINGS, PNG_CODES
 
@@ -68,14 +70,16 @@ class TileFolder:
 
 def tile_folders(path: str, what: str, kind: str = HEIGHTS) -> list[TileFolder]:
     """The folders of the map at `path` that are of a kind. TileError says what is wrong with it."""
-    place = Path(path).expanduser()
-    if place.is_dir():
+    place = place_of(path)
+    if os.path.isdir(place):
         return [TileFolder(place, kind=kind)]
     if place.suffix.lower() != ".toml":
         raise TileError(f"{what}: {place} is neither a folder of tiles nor an index file (.toml)")
     try:
         table = tomllib.loads(place.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except RecursionError as error:
+        raise TileError(f"{what}: {place} has too many brackets in one another; correct the file") from error
+    except (OSError, ValueError) as error:  # of TOML, of texts, of numbers of thousands of digits, of paths
         raise TileError(f"{what}: {place} can't be read: {error}; correct the file") from error
     entries = table.pop("tiles", None)
     if table or not isinstance(entries, list) or not entries:
@@ -92,7 +96,7 @@ def _entry(place: Path, what: str, entry: Any, asked: str) -> TileFolder:
     if not isinstance(entry, dict):
         raise TileError(f"{what}: {place}: found {entry!r} in tiles; expected tables [[tiles]]")
     kind = entry.get("kind", asked)
-    if kind not in _KEYS:
+    if not isinstance(kind, str) or kind not in _KEYS:
         raise TileError(f"{what}: {place}: kind = {kind!r}; expected {' or '.join(map(repr, _KEYS))}")
     known = {"folder": None, "kind": None, **_KEYS[kind]}
     for key, value in entry.items():
@@ -109,7 +113,7 @@ def _entry(place: Path, what: str, entry: Any, asked: str) -> TileFolder:
             unit = "degrees" if key.endswith("_deg") else "metres"
             raise TileError(f"{what}: {place}: {key} = {value!r}; expected {unit}, {expected[0]:g} to {expected[1]:g}")
     folder = place.parent / str(entry.get("folder", "."))
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise TileError(f"{what}: {place}: no folder {str(folder)!r}; correct the path")
     png = str(entry.get("png", "terrain-rgb"))
     if png not in PNG_CODES:

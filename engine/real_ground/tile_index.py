@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ..surface.cube_map import FACES
 from ..table_cache import TableCache
+from ..user_paths import place_of
 from .found import Found, MissingLibrary, TileError
 from .lattice import Lattice
 from .tile_files import ENDINGS, find_tile
@@ -32,8 +33,10 @@ log = logging.getLogger(__name__)
 
 Ints = NDArray[np.int64]
 
-_FORMAT = 3
+_FORMAT = 4
 """Of the kept index; another number forgets what older ones kept."""
+_BETWEEN = "\0"
+"""What no name of a file has in it: lines may end in one."""
 _WARPED = 1
 """Of how files in other coordinate systems are read."""
 
@@ -115,8 +118,8 @@ class TileSet:
 
 def is_tiles(path: str) -> bool:
     """Whether a map is tiles: an index file, or a folder without pictures of a cube's faces."""
-    place = Path(path).expanduser()
-    if not place.is_dir():
+    place = place_of(path)
+    if not os.path.isdir(place):
         return place.suffix.lower() == ".toml"
     try:
         with os.scandir(place) as entries:
@@ -188,10 +191,11 @@ def _change(entry: os.DirEntry[str]) -> tuple[int, int]:
 
 def tiles_stamp(path: str, kind: str = HEIGHTS) -> tuple[object, ...]:
     """What tells whether the map at `path` has changed."""
-    place = Path(path).expanduser()
+    place = place_of(path)
     stamp: list[object] = [str(place)]
-    if place.is_file():
-        stamp.append(place.stat().st_mtime_ns)
+    with contextlib.suppress(OSError, ValueError):  # what reads it says so
+        if place.is_file():
+            stamp.append(place.stat().st_mtime_ns)
     try:
         folders = tile_folders(path, "", kind)
     except TileError:
@@ -305,10 +309,14 @@ class _Kept:
             with np.load(self._file, allow_pickle=False) as held:
                 if int(held["format"]) != _FORMAT:
                     return nothing
-                names = bytes(held["names"]).decode(errors="surrogateescape").split("\n")
+                names = (
+                    bytes(held["names"]).decode(errors="surrogateescape").split(_BETWEEN) if held["names"].size else []
+                )
                 numbers, where, times = held["numbers"], held["where"], held["times"]
-                texts = bytes(held["messages"]).decode(errors="surrogateescape").split("\n")
+                texts = bytes(held["messages"]).decode(errors="surrogateescape").split(_BETWEEN)
                 lattices = [Lattice(bool(row[0]), *(float(v) for v in row[1:])) for row in held["lattices"]]
+            if not len(names) == len(numbers) == len(where) == len(times):
+                raise ValueError(f"it names {len(names)} files and has places of {len(where)}")
         except FileNotFoundError:
             return nothing
         except Exception as error:
@@ -334,7 +342,7 @@ class _Kept:
         if self._file is None:
             return
         rows = [(float(a.mercator), a.across, a.down, a.phase_x, a.phase_y) for a in lattices]
-        texts = "\n".join(text.replace("\n", " ") for pair in messages.items() for text in pair)
+        texts = _BETWEEN.join(text.replace(_BETWEEN, " ") for pair in messages.items() for text in pair)
         beside = self._file.with_suffix(f".{os.getpid()}.part")
         try:
             self._file.parent.mkdir(parents=True, exist_ok=True)
@@ -342,7 +350,7 @@ class _Kept:
                 np.savez(
                     file,
                     format=np.array(_FORMAT),
-                    names=np.frombuffer("\n".join(listing.names).encode(errors="surrogateescape"), np.uint8),
+                    names=np.frombuffer(_BETWEEN.join(listing.names).encode(errors="surrogateescape"), np.uint8),
                     times=np.stack([listing.changed_ns, listing.sizes], axis=1),
                     numbers=numbers,
                     where=where,

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..user_paths import place_of
 from .found import TileError
 
 __all__ = ["DEFAULT_WIDTH_M", "Course", "Patch", "VectorMap", "vector_map", "vector_stamp"]
@@ -94,10 +95,10 @@ class VectorMap:
 
 def vector_stamp(path: str) -> tuple[str, int, int]:
     """What tells whether the file has changed."""
-    place = Path(path).expanduser()
+    place = place_of(path)
     try:
         found = os.stat(place)
-    except OSError:
+    except (OSError, ValueError):
         return str(place), 0, -1
     return str(place), found.st_mtime_ns, found.st_size
 
@@ -109,9 +110,9 @@ def vector_map(path: str, what: str = "Terrain.vector_map") -> VectorMap:
 
 @lru_cache(maxsize=2)
 def _vector_map(path: str, _stamp: tuple[str, int, int], what: str) -> VectorMap:
-    place = Path(path).expanduser()
-    if not place.is_file():
-        found = "a folder" if place.is_dir() else "nothing"
+    place = place_of(path)
+    if not os.path.isfile(place):
+        found = "a folder" if os.path.isdir(place) else "nothing"
         raise TileError(f"{what}: {place}: expected a GeoJSON file, found {found} there; correct the path")
     try:
         text = place.read_text(encoding="utf-8-sig")

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ...engine.settings import SettingError
 from ..srgb import srgb_decode
+from ..user_paths import place_of
 from .cube_map import FACES, CubeMap, cube_of, face_directions, face_place
 
 __all__ = [
@@ -59,12 +60,12 @@ def load_cube(path: str, what: str, read: Reader) -> CubeMap:
 def load_samples(path: str, what: str, read: Reader) -> tuple[Samples, int]:
     """The map at `path` as a function, cubic between its values, and the samples along a quarter of a great circle that
     hold all it has. what, read: as for load_cube."""
-    place = Path(path).expanduser()
-    if place.is_dir():
+    place = place_of(path)
+    if os.path.isdir(place):
         place = place / "{face}"
     if "{face}" in place.name:
         return _from_faces(place, what, read)
-    if not place.exists():
+    if not os.path.exists(place):
         raise MapError(f"{what}: no file {str(place)!r} (looked from {Path.cwd()}); correct the path, or set it to ''")
     return _from_equirectangular(place, what, read)
 
@@ -79,16 +80,17 @@ class FileStamp(NamedTuple):
 
 def files_stamp(path: str) -> tuple[FileStamp, ...]:
     """What tells whether the files of the map at `path` have changed."""
-    place = Path(path).expanduser()
-    folder = place if place.is_dir() else place.parent
+    place = place_of(path)
+    folder = place if os.path.isdir(place) else place.parent
     files = [place]
-    if place.is_dir() or "{face}" in place.name:
-        files = sorted(f for f in folder.glob("*") if any(name in f.name for name in FACES)) if folder.is_dir() else []
+    if os.path.isdir(place) or "{face}" in place.name:
+        found = folder.glob("*") if os.path.isdir(folder) else ()
+        files = sorted(f for f in found if any(name in f.name for name in FACES))
     stamps: list[FileStamp] = []
     for file in files:
         try:
             found = os.stat(file)
-        except OSError:
+        except (OSError, ValueError):
             continue
         stamps.append(FileStamp(str(file), found.st_mtime_ns, found.st_size))
     return tuple(stamps)

@@ -20,7 +20,7 @@ from ..engine.space import CameraState, local_axes
 from ..systems.capture import CaptureError, require_writable
 from ..systems.capture.files import remove_unfinished, written_beside
 from .captures import save_capture
-from .carried import packed, unpacked
+from .carried import packed, require_sendable, unpacked
 from .dataset_plan import DatasetPlan, Drawn, checked_frames, read_plan
 from .dataset_stage import Stage, Staged
 from .farm import Farm, kept, land
@@ -53,7 +53,8 @@ def dataset(
     plan: a TOML file, see docs/data-sets.md. frames: their numbers; all by default. A frame is the same, to the bit,
     in whatever order and on whichever worker of one kind (processor and driver, both in the manifest) it is made.
     scheduler: the address of a Dask scheduler, such as tcp://10.0.0.5:8786, whose workers make the frames; the folder
-    is written here all the same. SettingError, before anything is made, when it can't be reached.
+    is written here all the same. Before anything is made SettingError when it can't be reached, SceneError for scenes
+    with masks or tiles, which can't be sent.
     Files: frames/000000.png and so on, frames.jsonl (a line a frame: pose, lens, exposure, what was drawn),
     transforms.json for radiance fields, manifest.json with checksums. CaptureError for a folder of another plan.
     """
@@ -63,6 +64,8 @@ def dataset(
     for name in plan.scenes:
         with plan.scene(name) as scene:
             Stage(plan, scene).check(n for n in wanted if shown[n] == name)
+            if scheduler is not None:
+                require_sendable(scene)
     with nullcontext() if scheduler is None else Farm(scheduler) as farm:
         root = require_writable(Path(folder), make_folder=True)
         _claim(root, plan)

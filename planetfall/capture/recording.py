@@ -19,7 +19,7 @@ from ..quality import resolve_quality
 from ..systems.capture import NumberedFrames, VideoError, contact_sheet, write_gif, write_png, write_video
 from ..systems.capture.sheet import even_selection
 from ..systems.capture.video import check_video_size, ffmpeg
-from .carried import packed, unpacked
+from .carried import packed, require_sendable, unpacked
 from .dataset_plan import checked_frames
 from .farm import Farm, kept, land
 from .shot import camera_settings, made_of
@@ -81,7 +81,7 @@ def record(
     frames: the numbers of those to make, for several machines that share a folder or put theirs together; whoever
     finds all frames there makes the sheet and the film. scheduler: the address of a Dask scheduler, such as
     tcp://10.0.0.5:8786, whose workers make them, PART at a time, and send them here; SettingError, before anything is
-    made, when it can't be reached.
+    made, when it can't be reached, and SceneError for a scene with masks or tiles, which can't be sent.
 
     A recording has time, and its camera is often so fast that no frame before shows the same clouds: they have a ray
     for each pixel in each frame, whatever the quality, unless `overrides` says otherwise (EVERY_RAY).
@@ -92,6 +92,8 @@ def record(
     check_size(size, None)
     overrides = {**EVERY_RAY, **(overrides or {})}
     scene.validate(resolve_quality(quality, overrides))  # before the folder belongs to these settings
+    if scheduler is not None:
+        require_sendable(scene)
     flight = path(flight, scene) if isinstance(flight, str) else flight
     settings = {
         "planetfall": __version__, "scene": scene.name, "path": flight.name, "size": list(size), "quality": quality,

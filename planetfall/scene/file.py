@@ -10,6 +10,7 @@ from typing import Any
 
 from ..components import Orbit
 from ..engine.settings import PresetError, build_components, did_you_mean, read_toml, rules_of
+from ..engine.user_paths import place_of
 from ..errors import UnknownNameError
 from .kinds import KINDS, PLANET_KINDS, PRESETS, PROP_KINDS
 from .shared import SUFFIX, opened
@@ -163,7 +164,7 @@ def _with_places(data: dict[str, Any], folder: Path) -> dict[str, Any]:
         if kind is None or not isinstance(value, Mapping):
             continue
         rules = rules_of(kind)
-        places = {k: os.path.normpath(folder.absolute() / Path(v).expanduser()) for k, v in value.items()
+        places = {k: os.path.normpath(folder.absolute() / place_of(v)) for k, v in value.items()
                   if v and k in rules and rules[k].knob.widget == "path"}  # fmt: skip
         found[key] = {**value, **places}
     props = data.get(_PROPS)
@@ -178,7 +179,7 @@ def _prop_with_place(prop: Any, folder: Path) -> Any:
     if not isinstance(shape, Mapping):
         return prop
     form = shape.get("form")
-    if not isinstance(form, str) or not (beside := folder.absolute() / Path(form).expanduser()).is_file():
+    if not isinstance(form, str) or not os.path.isfile(beside := folder.absolute() / place_of(form)):
         return prop
     return {**prop, "shape": {**shape, "form": os.path.normpath(beside)}}
 

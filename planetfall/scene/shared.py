@@ -15,6 +15,7 @@ from typing import Any
 import platformdirs
 
 from ..engine.settings import PresetError, read_toml, rules_of, write_toml
+from ..engine.user_paths import place_of
 from .kinds import KINDS
 
 __all__ = ["SUFFIX", "count_from", "opened", "pack"]
@@ -126,7 +127,7 @@ def count_from(data: dict[str, Any], folder: Path) -> None:
     """Paths of maps and meshes in a scene file's content, counted from here so far, as its folder counts them: from
     there if they are in it, so that both can be moved, and in full if not."""
     for table, knob in _files_named(data):
-        at = Path(os.path.normpath(Path(table[knob]).expanduser().absolute()))
+        at = Path(os.path.normpath(place_of(table[knob]).absolute()))
         inside = at.is_relative_to(folder.absolute())
         table[knob] = (at.relative_to(folder.absolute()) if inside else at).as_posix()
 

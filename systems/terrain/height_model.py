@@ -279,19 +279,20 @@ def continent_weights() -> tuple[Floats, Floats]:
 
 
 def _constants(p: TerrainParams) -> TerrainConstants:
-    high, low = max(p.highest_m, 0.0), max(-p.lowest_m, 0.0)
-    span = p.highest_m - p.lowest_m
+    lowest_m, highest_m = p.shaped_m
+    high, low = max(highest_m, 0.0), max(-lowest_m, 0.0)
+    span = highest_m - lowest_m
     # Ranges, hills and bent coasts never get steeper than on Earth, however narrow the layers of a small body.
     reach_m = _FIRST_LAYER_M * p.scale
     range_m = min(0.54 * high, 0.04 * reach_m) if p.mountains > 0.0 else 0.0
-    plains = p.plains if p.lowest_m < 0.0 < p.highest_m else 0.0  # seas and shelves need a height 0 to be at
+    plains = p.plains if lowest_m < 0.0 < highest_m else 0.0  # seas and shelves need a height 0 to be at
     spread_m = 0.4 * span
     steepest_m = plains * 1.5 / 0.6 * 0.38 * low + (1.0 - plains) * 0.6 * spread_m  # metres by x
     knee = 0.15 * span * 0.5
     knee_high, knee_low = knee, knee
     if p.height_map is not None:  # which is to stay as it is
-        knee_high = min(knee, 0.5 * (p.highest_m - p.height_map.highest_m))
-        knee_low = min(knee, 0.5 * (p.height_map.lowest_m - p.lowest_m))
+        knee_high = min(knee, 0.5 * (highest_m - p.height_map.highest_m))
+        knee_low = min(knee, 0.5 * (p.height_map.lowest_m - lowest_m))
     found = TerrainConstants(
         sea_level=0.0,
         inverse_deviation=1.0,
@@ -303,7 +304,7 @@ def _constants(p: TerrainParams) -> TerrainConstants:
         slope_m=0.38 * low,
         abyss_m=0.15 * low,
         plateau_m=0.055 * high,
-        middle_m=0.5 * (p.highest_m + p.lowest_m),
+        middle_m=0.5 * (highest_m + lowest_m),
         spread_m=spread_m,
         plains=plains,
         foot_m=0.2 * range_m,
@@ -315,8 +316,8 @@ def _constants(p: TerrainParams) -> TerrainConstants:
         hills=0.22 * p.hills,
         calm=0.12,
         wild=0.95,
-        knee_high_m=p.highest_m - knee_high,
-        knee_low_m=p.lowest_m + knee_low,
+        knee_high_m=highest_m - knee_high,
+        knee_low_m=lowest_m + knee_low,
         room_high_m=knee_high,
         room_low_m=knee_low,
     )

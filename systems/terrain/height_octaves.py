@@ -296,7 +296,8 @@ def calibrate(model: Model) -> Model:
     share, deviation = model.params.land_share, float(c.std())
     low, high = float(c.min()) - deviation, float(c.max()) + deviation
     params = model.params
-    level = 0.0 if params.lowest_m < 0.0 < params.highest_m else 0.5 * (params.lowest_m + params.highest_m)
+    lowest_m, highest_m = params.shaped_m
+    level = 0.0 if lowest_m < 0.0 < highest_m else 0.5 * (lowest_m + highest_m)
     constants = replace(model.constants, inverse_deviation=1.0 / deviation)
     for _ in range(20):
         constants = replace(constants, sea_level=0.5 * (low + high))

@@ -85,7 +85,8 @@ class TerrainParams:
         shapes, 1, continents, ranges and relief are added to it. height_map_detail: how rough the relief below its
         samples is, 1 going on as the map itself. real: elevation from tiles, where there is any; the bounds are raised
         to hold it. colored: a colour map says what the ground looks like. pictured: tiles of pictures do, where there
-        are any.
+        are any. shape_m: lowest and highest that the ground around tiles is made for, however far these reach; None:
+        the bounds before they were raised.
     crater_largest_m: diameter of the largest ones, at most the planet's radius; others go down to the shortest layer.
     erosion: share of the relief from 2 km to 64 m that becomes gullies down the slope, where it is steep.
     rivers: lines that carve the ground (systems/terrain/rivers/). water: those of a vector map, which don't; woods: its
@@ -110,6 +111,7 @@ class TerrainParams:
     height_map_blend: float = 0.0
     height_map_detail: float = 1.0
     real: RealGround | None = None
+    shape_m: tuple[float, float] | None = None
     colored: bool = False
     pictured: bool = False
     erosion: float = 0.0
@@ -129,6 +131,8 @@ class TerrainParams:
                 f"TerrainParams: lowest_m ({self.lowest_m!r}) has to be a finite number below highest_m"
                 f" ({self.highest_m!r}); raise highest_m or lower lowest_m"
             )
+        if self.real is not None and self.shape_m is None:
+            object.__setattr__(self, "shape_m", (self.lowest_m, self.highest_m))
         for found in (self.height_map, self.real):
             if found is not None:
                 self._hold(found)
@@ -205,6 +209,11 @@ class TerrainParams:
     def waters(self) -> RiverTable | None:
         """All that there is of rivers and lakes."""
         return self.water if self.rivers is None else self.rivers
+
+    @property
+    def shaped_m(self) -> tuple[float, float]:
+        """Lowest and highest that the procedural ground is made for."""
+        return self.shape_m or (self.lowest_m, self.highest_m)
 
     @property
     def scale(self) -> float:

@@ -111,7 +111,7 @@ class PageReach:
         distance_m = self.distances_m(middles, halves_m, eye)
         px = width_m / (distance_m * eye.pixel_rad)
         near_m = self.distances_m(middles, halves_m + self._beside_m(width_m), eye)
-        shown = self._wide(near_m * eye.pixel_rad / _EARLY, width_m) & (distance_m < self._horizon_m(eye) + halves_m)
+        shown = self._reached(distance_m, near_m, eye, width_m) & (distance_m < self._horizon_m(eye) + halves_m)
         toward = middles * self._radius_m - eye.position_m
         length = np.maximum(np.linalg.norm(toward, axis=1), 1e-6)
         off = np.arccos(np.clip(toward @ eye.forward / length, -1.0, 1.0))
@@ -119,9 +119,15 @@ class PageReach:
         px = np.where(behind, _BEHIND * px, px)
         return Wanted(self.number, pages[shown], px[shown])
 
+    def _reached(self, distance_m: Floats, near_m: Floats, eye: Eye, width_m: Floats) -> NDArray[np.bool_]:
+        """Which pages are wanted: those that will show soon, and in small pictures, where less than a page shows, all
+        beside what does, towards which it would fade. near_m: to what is beside them."""
+        soon = self._wide(distance_m * eye.pixel_rad / _EARLY, width_m)
+        return soon | self._wide(near_m * eye.pixel_rad, width_m)
+
     def _beside_m(self, width_m: Floats) -> Floats:
-        """Pages so much farther away are wanted as well."""
-        return np.zeros(len(width_m))
+        """Pages so much farther away are wanted as well: from a place to what is beside its page across a corner."""
+        return np.full(len(width_m), 2.0**0.5 * self.side * self.sample_m)
 
     def _horizon_m(self, eye: Eye) -> float:
         r = self._radius_m
@@ -163,6 +169,9 @@ class ColorReach(PageReach):
     counts; towards pages that are missing it fades, so those beside pages that show are wanted, too."""
 
     samples = 1.0
+
+    def _reached(self, distance_m: Floats, near_m: Floats, eye: Eye, width_m: Floats) -> NDArray[np.bool_]:
+        return self._wide(near_m * eye.pixel_rad / _EARLY, width_m)
 
     def widths_m(self, pages: Ints) -> Floats:
         rows = self.level.where[pages, 0] * self.side

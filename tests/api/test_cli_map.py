@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from countries import hgt_samples, write_country, write_fields, write_hgt, write_png_tile
+from countries import hgt_samples, land, write_country, write_fields, write_hgt, write_png_tile
 from geotiffs import of_code, write_geotiff
 from PIL import Image
 from vector_kit import feature, polygon, write_map
@@ -72,6 +72,28 @@ def test_info_goes_the_shorter_way_around(tmp_path, monkeypatch, capsys):
     assert "178.000 to" in said and "182.000" not in said and "-177.000" in said
     with Image.open(out) as shown:
         assert shown.size == (100, 20)
+
+
+def test_wide_samples_make_no_grid(tmp_path):
+    """Pixels between samples are on the straight way between them, from tile to tile and next to finer sets, too: the
+    field to its curvature, 3 m, and the half metre that files round; with the nearest samples it was 30 m."""
+    write_country(tmp_path / "coarse", 44, 5, 4, 5, 21)
+    write_hgt(tmp_path / "fine", 46, 7, 101)
+    found, picture = survey(open_tiles(str(tmp_path), "x"), 500)
+    assert len(found) == 2 and picture is not None and picture.shape == (400, 500)
+    latitude, longitude = 48.0 - (np.arange(400) + 0.5) / 100.0, 5.0 + (np.arange(500) + 0.5) / 100.0
+    assert np.abs(picture - land(latitude[:, None], longitude)).max() < 4.0
+
+
+def test_tiles_a_sample_apart_leave_no_gap(tmp_path):
+    """Their pixels are areas and wider than the picture's."""
+    for x in range(130, 136):
+        for y in range(88, 92):
+            write_png_tile(tmp_path, 8, x, y, 8)
+    write_png_tile(tmp_path, 12, 133 * 16, 90 * 16, 64)
+    _, picture = survey(open_tiles(str(tmp_path), "x"), 300)
+    assert picture is not None and picture.shape[1] == 300 and np.isfinite(picture).all()
+    assert np.abs(np.diff(picture, axis=1)).max() < 40.0  # from sample to sample it is 103 m
 
 
 def test_a_map_of_all_the_planet_is_shown_whole(tmp_path, monkeypatch):

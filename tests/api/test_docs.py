@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import planetfall as pf
+from planetfall.benchmarks.suites import SUITES
 from planetfall.cli.main import app, main
 from planetfall.systems.flight import load_controls
 
@@ -117,6 +118,11 @@ def test_the_index_has_every_page() -> None:
     }
     missing = sorted(page.name for page in {*index.parent.rglob("*.md")} - {index} - linked)
     assert not missing, f"docs/README.md doesn't link {missing}"
+
+
+def test_every_suite_of_benches_is_explained() -> None:
+    told = (ROOT / "docs" / "benchmarks-howto.md").read_text(encoding="utf-8")
+    assert not [name for name in SUITES if f"`{name}." not in told and f"`{name}`" not in told]
 
 
 def test_readme_and_changelog_are_short() -> None:

@@ -10,7 +10,9 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from countries import hgt_samples, write_fields, write_hgt
 
 import planetfall as pf
 from planetfall.capture import farm as farms
@@ -18,6 +20,8 @@ from planetfall.capture import recording
 from planetfall.capture.carried import packed, unpacked
 from planetfall.cli.main import main
 from planetfall.engine.gpu.software_threads import OFF
+from planetfall.engine.real_ground.streamed_ground import StreamedGround
+from planetfall.systems.terrain.height import TerrainParams
 
 PLAN = """
 seed = 5
@@ -181,6 +185,60 @@ def test_a_missing_extra_is_named(plan, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(pf.SettingError, match=r'pip install "planetfall\[farm\]"'):
         pf.dataset(plan, tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+
+
+TILES = """
+seed = 3
+count = 3
+size = [48, 27]
+quality = "low"
+scene = "country.toml"
+outputs = ["color", "depth"]
+[camera]
+latitude_deg = { uniform = [46.2, 46.8] }
+longitude_deg = { uniform = [7.2, 7.8] }
+altitude_m = 2500.0
+"""
+
+
+@pytest.fixture
+def country(tmp_path):
+    """A plan over a tile of 9 seconds that doesn't fit into memory."""
+    rough = hgt_samples(46, 7, 801) + np.random.default_rng(1).normal(0.0, 12.0, (801, 801))
+    write_hgt(tmp_path / "tiles", 46, 7, 801, np.rint(rough).astype(np.int16))
+    (tmp_path / "country.toml").write_text(
+        'base = "earth"\n[terrain]\nrivers = 0.0\nheight_map = "tiles"\nheight_map_most_mb = 1.0\n'
+    )
+    (tmp_path / "plan.toml").write_text(TILES)
+    return tmp_path / "plan.toml"
+
+
+@pytest.mark.parametrize("knob", ["height_map", "color_map"])
+def test_tiles_are_refused_before_anything_is_made(country, tmp_path, knob):
+    """And before a scheduler is asked for."""
+    scene = tmp_path / "country.toml"
+    scene.write_text(scene.read_text().replace("height_map =", f"{knob} ="))
+    if knob == "color_map":
+        write_fields(tmp_path / "tiles", 12, 46.5, 7.5)
+        scene.write_text(scene.read_text().replace("height_map_most_mb = 1.0\n", ""))
+    told = rf"Terrain\.{knob} names a folder of tiles, .*tiles, which can't be sent.*--frames A:B"
+    with pytest.raises(pf.SceneError, match=told):
+        pf.dataset(country, tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+    with pf.load_scene(scene) as found, pytest.raises(pf.SceneError, match=told):
+        pf.record(found, "low", tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.gpu
+def test_frames_over_tiles_that_stream_are_the_same_in_any_order(country, tmp_path):
+    """As several machines make them that each have the folder: nothing of a frame hangs on what was seen before."""
+    with pf.load_scene(tmp_path / "country.toml") as scene:
+        real = TerrainParams.from_component(scene.planet[pf.Terrain], scene.planet[pf.Planet].radius_m).real
+        assert isinstance(real, StreamedGround)
+    here = pf.dataset(country, tmp_path / "here")
+    for number in (2, 0, 1):
+        there = pf.dataset(country, tmp_path / "there", frames=[number])
+    assert files(there) == files(here)
 
 
 def test_scenes_travel_whole_or_not_at_all():

@@ -288,6 +288,14 @@ BAD = {
     "unknown code": (lambda f: (f / "map.toml").write_text("[[tiles]]\npng = 'grey'\n"), ("'grey'", "terrarium")),
     "no table": (lambda f: (f / "map.toml").write_text("tiles = ['a']\n"), ("found 'a'", "[[tiles]]")),
     "no height": (lambda f: (f / "map.toml").write_text("[[tiles]]\ngeoid_m = nan\n"), ("geoid_m = nan", "metres")),
+    "a list of kinds": (lambda f: (f / "map.toml").write_text("[[tiles]]\nkind = ['heights']\n"),
+                        ("kind = ['heights']", "'colors'")),
+    "a table of kinds": (lambda f: (f / "map.toml").write_text("[[tiles]]\nkind = {a = 1}\n"),
+                         ("kind = {'a': 1}", "'colors'")),
+    "huge number": (lambda f: (f / "map.toml").write_text(f"[[tiles]]\ngeoid_m = {'9' * 5000}\n"), ("can't be read",)),
+    "deep": (lambda f: (f / "map.toml").write_text(f"tiles = {'[' * 5000}"), ("brackets", "correct the file")),
+    "no name": (lambda f: (f / "map.toml").write_text('[[tiles]]\nfolder = "a\\u0000b"\n'), ("no folder", "correct")),
+    "long name": (lambda f: (f / "map.toml").write_text(f"[[tiles]]\nfolder = '{'x' * 300}'\n"), ("no folder",)),
     "no folder": (lambda f: (f / "map.toml").write_text("[[tiles]]\nfolder = 'x'\n"), ("no folder", "correct")),
 }  # fmt: skip
 
@@ -301,6 +309,27 @@ def test_bad_maps_say_what_to_do(tmp_path, what):
         ground_of(file if file.exists() else tmp_path)
     for word in ("Terrain.height_map", *words):
         assert word in str(caught.value), str(caught.value)
+
+
+@pytest.mark.parametrize("path", ["~nobody of that name/a.toml", "a\0b.toml", "x" * 300, "x" * 300 + ".toml"])
+def test_paths_to_nothing_say_so(path):
+    """Of other users who aren't there, with a zero in them, and too long for a file."""
+    with pytest.raises(TileError, match=r"^Terrain\.height_map: .*(correct the file|neither a folder of tiles)"):
+        ground_of(path)
+
+
+def test_names_may_have_any_character(tmp_path):
+    """Line breaks and bytes that are no text, when all is looked at and when it is known."""
+    write_hgt(tmp_path, 46, 7, 31).rename(tmp_path / "N46E007\n2.hgt")
+    write_hgt(tmp_path, 46, 8, 31).rename(tmp_path / "\n\udcff N46E008.hgt")
+    (tmp_path / "no\nplace.hgt").write_bytes(b"\0" * 1922)
+    for again in range(3):
+        if again == 2:  # some are known, and one is not
+            write_hgt(tmp_path, 46, 9, 31)
+        (found,) = open_tiles(str(tmp_path), "Terrain.height_map")
+        assert sorted(found.names)[:2] == ["\n\udcff N46E008.hgt", "N46E007\n2.hgt"] and len(found) == 2 + (again == 2)
+        height, rest = at(ground_of(tmp_path), 46.5, [7.5, 8.5])
+        assert not rest.any() and abs(height[0] - hgt_samples(46, 7, 31)[15, 15]) < 1e-3
 
 
 MISPLACED = {

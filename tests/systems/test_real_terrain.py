@@ -15,7 +15,9 @@ import pytest
 from countries import hgt_samples, jacksboro, write_country, write_hgt, write_jacksboro
 
 import planetfall as pf
+from planetfall.benchmarks.measure.ground import picture_error, vertex_heights
 from planetfall.engine.real_ground.resident import real_ground
+from planetfall.engine.real_ground.streamed_ground import StreamedGround
 from planetfall.systems.terrain.height import TerrainField, TerrainParams, height_and_gradient, height_at_points
 
 RADIUS_M = 6.371e6
@@ -59,6 +61,19 @@ def test_heights_are_the_files_and_the_procedural_ones_beyond(tmp_path):
     plain = scene_of(tmp_path)
     plain.planet[pf.Terrain].height_map = ""
     np.testing.assert_array_equal(ground.height(far), pf.TerrainSampler(plain).height(far))
+
+
+@pytest.mark.parametrize("most_mb", [256.0, 1.0], ids=["in memory", "streamed"])
+def test_high_tiles_leave_the_ground_around_as_it_is(tmp_path, most_mb):
+    """Samples above Terrain.highest_m raise the bounds, and nothing else."""
+    values = np.rint(np.random.default_rng(2).normal(9500.0, 60.0, (801, 801))).astype(np.int16)
+    write_hgt(tmp_path, 46, 7, 801, values)
+    scene, plain = scene_of(tmp_path, height_map_most_mb=most_mb), scene_of(tmp_path)
+    plain.planet[pf.Terrain].height_map = ""
+    far = pf.direction(np.linspace(-80.0, 30.0, 300), np.linspace(-170.0, -60.0, 300))
+    ground, without = pf.TerrainSampler(scene), pf.TerrainSampler(plain)
+    assert ground.highest_m > values.max() > without.highest_m
+    np.testing.assert_array_equal(ground.height(far), without.height(far))
 
 
 def test_slopes_are_those_of_the_heights(params):
@@ -177,6 +192,21 @@ def test_saved_scenes_find_their_tiles(tmp_path, monkeypatch):
         pf.load_scene("far/away.toml")
 
 
+@pytest.mark.parametrize("knob", ["height_map", "color_map", "vector_map"])
+@pytest.mark.parametrize("path", ["~nobody of that name", "~nobody of that name/a.toml", "x" * 300])
+def test_paths_to_nothing_are_told(tmp_path, knob, path):
+    """Homes of users who aren't there, and names that no folder takes, in files of scenes and set on them."""
+    file = tmp_path / "world.toml"
+    file.write_text(f'base = "earth"\n[terrain]\nrivers = 0.0\n{knob} = "{path}"\n')
+    with pytest.raises(pf.SceneError, match=rf"Terrain\.{knob}: .*{path}.*correct the (path|file)"):
+        pf.load_scene(file).validate()
+    scene = pf.load_scene("earth")
+    scene.planet[pf.Terrain].rivers = 0.0
+    setattr(scene.planet[pf.Terrain], knob, path)
+    with pytest.raises(pf.SceneError, match=rf"Terrain\.{knob}: .*{path}.*correct the (path|file)"):
+        scene.validate()
+
+
 def test_one_tile_is_no_map(tmp_path):
     file = write_hgt(tmp_path, 46, 7, 31)
     with pytest.raises(pf.SettingError, match="is one tile; expected the folder"):
@@ -225,12 +255,14 @@ def test_tiles_are_no_part_of_a_shared_scene(tmp_path):
 @pytest.mark.gpu
 @pytest.mark.parametrize("backend", ["grid", "quadtree", "icosphere"])
 def test_pictures_show_the_samplers_ground(folder, backend):
-    """Distances of pixels are those of rays, in all three ways to draw ground; set on a running scene, too."""
+    """The surface is where rays meet the ground, in all three ways to draw it; set on a running scene, too. What is
+    between vertices, which are right to a millimetre, is off by a pixel at most, as of any ground."""
     scene = scene_of(folder, backend=backend)
     camera = pf.Camera.at(46.45, 7.5, 3000.0, heading_deg=10.0, pitch_deg=-25.0, above="ground")
     with pf.Renderer(scene, size=(48, 27), quality="medium") as renderer:
         renderer.settle(camera)
         distance = renderer.render(camera, outputs=("distance",))["distance"]
+        shown = picture_error(renderer, camera, np.random.default_rng(5))
         terrain = scene.planet[pf.Terrain]
         path, terrain.height_map = terrain.height_map, ""
         renderer.settle(camera)
@@ -248,9 +280,42 @@ def test_pictures_show_the_samplers_ground(folder, backend):
     origin = np.broadcast_to(pose.position_m, way.shape)
     hit, exact = pf.TerrainSampler(scene).raycast(origin, way, 1e6)[:2]
     found = distance[pixels[:, 1], pixels[:, 0]]
-    assert hit.all() and np.quantile(np.abs(found / exact - 1.0), 0.9) < 1e-2  # a sixth of a pixel
+    assert shown is not None and shown.pixels > 500 and shown.worst_px < 1.0 and shown.median_px < 0.05
+    # Against rays, without the drawn positions: a pixel is 2.2 degrees, so a tenth of one at 15 degrees and more below
+    # the horizon is 1.5 % of a distance.
+    assert hit.all() and np.quantile(np.abs(found / exact - 1.0), 0.9) < 0.1 * np.radians(2.2) / np.tan(np.radians(15))
     assert not np.allclose(other, distance, rtol=1e-2)
     np.testing.assert_allclose(again, distance, rtol=1e-4)
+
+
+@pytest.fixture(scope="module")
+def large(tmp_path_factory):
+    """The same with a tile of 1.5 seconds: 23 MB."""
+    path = tmp_path_factory.mktemp("large")
+    write_country(path / "coarse", 44, 5, 5, 6, 21)
+    rough = hgt_samples(46, 7, 2401) + np.random.default_rng(1).normal(0.0, 8.0, (2401, 2401))
+    write_hgt(path / "fine", 46, 7, 2401, np.rint(rough).astype(np.int16))
+    return path
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("streams", [False, True], ids=["in memory", "streamed"])
+@pytest.mark.parametrize("place", [(46.45, 7.5), (46.3, 8.0), (46.0, 7.0), (49.0, 8.0), (49.2, 8.0)])
+def test_vertices_of_the_grid_are_the_samplers_ground(folder, large, place, streams):
+    """To 1 mm within 1 km, and a millionth of the distance beyond: in the rough tile, at its border and its corner, at
+    the country's edge and in the margin around it. The picture is so small that less than a page around the camera
+    shows much: those beside it are there all the same. Vertices of the other backends: test_tiles.py."""
+    scene = scene_of(large, height_map_most_mb=12.0) if streams else scene_of(folder)
+    camera = pf.Camera.at(*place, 300.0, heading_deg=10.0, pitch_deg=-10.0, above="ground")
+    with pf.Renderer(scene, size=(48, 27), quality="medium") as renderer:
+        renderer.settle(camera)
+        found = vertex_heights(renderer, camera, np.random.default_rng(2), most=5000)
+        assert isinstance(renderer.system("terrain").backend.ground.params.real, StreamedGround) == streams
+    assert found.near_vertices > 1000
+    assert found.near_m < 1e-3
+    # Drawn vertices leave out what is too fine for their distance of the procedural ground around, not of tiles.
+    assert found.drawn_near_m < (1e-3 if place[0] < 49.1 else 1e-2)
+    assert streams or found.by_distance < 1e-6  # pages that the camera doesn't see aren't there
 
 
 @pytest.mark.gpu

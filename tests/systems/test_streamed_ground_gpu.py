@@ -13,7 +13,7 @@ import planetfall as pf
 from planetfall.engine.blocks.bindings import HEIGHT_MAP_UNIT
 from planetfall.engine.frame import View
 from planetfall.engine.real_ground.lattice import directions_at
-from planetfall.engine.real_ground.resident import real_ground
+from planetfall.engine.real_ground.resident import forget_ground, real_ground
 from planetfall.engine.real_ground.streamed_ground import StreamedGround
 from planetfall.systems.terrain.height import TerrainParams, height_and_gradient, height_at_points
 from planetfall.systems.terrain.height_table import octave_table
@@ -166,27 +166,33 @@ def test_settled_pictures_are_the_same_whatever_was_seen_before(folder):
 
 
 @pytest.mark.gpu
-def test_a_flight_has_no_hole(folder):
-    """300 m/s, 100 m above ground, in frames that wait for nothing: each shows the ground of the settled picture."""
-    scene = scene_of(folder, 12.0)
-    sampler, dt_s = pf.TerrainSampler(scene), 1.0 / 15.0
-    places = pf.direction(np.full(60, 46.5), 7.3 + 300.0 * dt_s * np.arange(60) / (111_000.0 * 0.69))
-    heights = sampler.height(places)
-    with (
-        pf.Renderer(scene, size=(48, 27), quality="low") as renderer,
-        pf.Renderer(scene, size=(48, 27), quality="low") as still,
-    ):
-        for k in range(60):
-            camera = pf.Camera.at(46.5, 7.3 + k * 300.0 * dt_s / (111_000.0 * 0.69), float(heights[k]) + 100.0,
-                                  heading_deg=90.0, pitch_deg=-20.0, ev100=13.0)  # fmt: skip
-            shown = renderer.render(camera, time_s=k * dt_s, outputs=("distance",), dt_s=dt_s)["distance"]
-            if k % 20 == 19:
-                still.settle(camera)
-                settled = still.render(camera, outputs=("distance",))["distance"]
-                ground = np.isfinite(settled)
-                assert (np.isfinite(shown) == ground).mean() > 0.97
-                both = ground & np.isfinite(shown)
-                assert np.quantile(np.abs(shown[both] / settled[both] - 1.0), 0.8) < 0.05
+def test_a_flight_has_no_hole(folder, tmp_path, monkeypatch):
+    """300 m/s, 100 m above ground, in frames that wait for nothing: each shows the ground of the settled picture. No
+    page has been read before, by whomever: the way over the hills is known from the files themselves."""
+    monkeypatch.setenv("PLANETFALL_CACHE", str(tmp_path / "cache"))
+    forget_ground()
+    scene, dt_s = scene_of(folder, 12.0), 1.0 / 15.0
+    tile = np.fromfile(folder / "fine" / "N46E007.hgt", ">i2").reshape(601, 601)
+    longitude = 7.3 + 300.0 * dt_s * np.arange(60) / (111_000.0 * 0.69)
+    cameras = []
+    for east in longitude:
+        i = int((east - 7.0) * 600.0)
+        above = float(tile[299:303, i - 1 : i + 3].max()) + 100.0
+        cameras.append(pf.Camera.at(46.5, float(east), above, heading_deg=90.0, pitch_deg=-20.0, ev100=13.0))
+    shown = {}
+    with pf.Renderer(scene, size=(48, 27), quality="low") as renderer:
+        for k, camera in enumerate(cameras):
+            out = renderer.render(camera, time_s=k * dt_s, outputs=("distance",), dt_s=dt_s)
+            if k % 10 == 9:
+                shown[k] = out["distance"]
+    with pf.Renderer(scene, size=(48, 27), quality="low") as still:
+        for k, found in shown.items():
+            still.settle(cameras[k])
+            settled = still.render(cameras[k], outputs=("distance",))["distance"]
+            ground = np.isfinite(settled)
+            assert ground.mean() > 0.5 and (np.isfinite(found) == ground).mean() > 0.97
+            both = ground & np.isfinite(found)
+            assert np.quantile(np.abs(found[both] / settled[both] - 1.0), 0.8) < 0.05
 
 
 @pytest.mark.gpu

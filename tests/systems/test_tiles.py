@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from countries import hgt_samples, write_country, write_hgt
 
 import planetfall as pf
 from planetfall.benchmarks.measure import positions_quadtree
@@ -87,6 +88,26 @@ def test_heights_of_planets_of_all_sizes(renderer, backend, params):
     assert worst_m(renderer, backend, params) < 1e-3
 
 
+@pytest.mark.parametrize("detail", (0.0, 1.0))
+def test_heights_over_tiles_of_elevation(backend, tmp_path, detail):
+    """In a rough tile of 280 m, at its borders and its corner, in a coarse country, at its edge, in the margin around
+    it and beyond: a millimetre, at levels from the whole planet to decimetres."""
+    write_country(tmp_path / "coarse", 44, 5, 5, 6, 21)
+    rough = hgt_samples(46, 7, 401) + np.random.default_rng(1).normal(0.0, 8.0, (401, 401))
+    write_hgt(tmp_path / "fine", 46, 7, 401, np.rint(rough).astype(np.int16))
+    scene = pf.load_scene("earth")
+    terrain = scene.planet[pf.Terrain]
+    terrain.rivers, terrain.height_map_detail, terrain.backend = 0.0, detail, backend
+    terrain.height_map = str(tmp_path)
+    latitude, longitude = (46.45, 46.5, 46.0, 47.0, 49.0, 49.2, 44.2, 40.0), (7.5, 8.0, 7.0, 7.3, 8.0, 8.0, 11.1, 20.0)
+    places = pf.direction(np.array(latitude), np.array(longitude))
+    with pf.Renderer(scene, (32, 18), "low") as renderer:
+        renderer.render(pf.Camera.at(46.45, 7.5, 3000.0, pitch_deg=-25.0, above="ground"))
+        params = renderer.system("terrain").backend.ground.params
+        assert params.real is not None
+        assert worst_m(renderer, backend, params, places) < 1e-3
+
+
 @pytest.mark.parametrize("preset", ("moon", "mars"))
 def test_heights_with_craters_and_maps(backend, preset):
     with pf.Renderer(pf.load_scene(preset), (32, 18), "low", {"terrain.backend": backend}) as renderer:
@@ -94,12 +115,13 @@ def test_heights_with_craters_and_maps(backend, preset):
         assert worst_m(renderer, backend, renderer.system("terrain").backend.ground.params) < 1e-3
 
 
-def worst_m(renderer, backend, params):
-    """The largest error of heights at poles, edges, corners, antipodes and anywhere, at the roots' vertices too: a
-    vertex of a root is one of the finest tiles as well, and those may be next to the camera."""
+def worst_m(renderer, backend, params, further=PLACES[:0]):
+    """The largest error of heights at poles, edges, corners, antipodes, anywhere and at further places, at the roots'
+    vertices too: a vertex of a root is one of the finest tiles as well, and those may be next to the camera."""
     shape, worst = SHAPES[backend](16), 0.0
     rng = np.random.default_rng(6)
-    places = np.concatenate([PLACES, -PLACES, np.eye(3), -np.eye(3), [[1, 1, 0], [0, -1, 1]], rng.normal(size=(12, 3))])
+    special = [PLACES, -PLACES, np.eye(3), -np.eye(3), [[1, 1, 0], [0, -1, 1]], further]
+    places = np.concatenate([*special, rng.normal(size=(12, 3))])
     for level in (0, 3, 8, 14, 21):
         keys = np.unique(shape.scheme.at(places, np.full(len(places), level)))
         heights, steps, _ = make(renderer, shape, keys, params)
