@@ -8,7 +8,7 @@ from pathlib import Path
 from ..errors import SceneError
 from ..scene.saving import left_out
 from ..scene.scene import Scene, load_scene
-from ..scene.shared import SUFFIX
+from ..scene.file import SUFFIX
 
 __all__ = ["packed", "unpacked"]
 
