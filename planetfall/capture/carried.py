@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 
 from ..errors import SceneError
+from ..scene.file import SUFFIX
 from ..scene.saving import left_out
 from ..scene.scene import Scene, load_scene
-from ..scene.file import SUFFIX
 
 __all__ = ["packed", "unpacked"]
 
