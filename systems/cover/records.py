@@ -79,8 +79,7 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     shrub = plants.species == Species.SHRUB
     height, foot = plants.heights_m * grown, plants.positions_m - middle_m
     height = np.where(shrub, height / (1.0 - _SHRUB_SUNK), height)
-    up = plants.positions_m[shrub] / np.linalg.norm(plants.positions_m[shrub], axis=1, keepdims=True)
-    foot[shrub] -= (_SHRUB_SUNK * height[shrub])[:, None] * up
+    foot[shrub] -= (_SHRUB_SUNK * height[shrub])[:, None] * plants.up[shrub]
     out["foot_m"], out["height_m"], out["radius_m"] = foot, height, plants.radii_m * grown
     out["species"], out["turn"] = np.where(shrub, Species.BROADLEAF, plants.species), plants.chance[:, 0]
     out["tint"] = plants.chance[:, 1]
@@ -90,14 +89,13 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
 def within(plants: Plants, place_m: Floats, reach_m: float, margin_m: float) -> Plants:
     """Those that `seen` may find from up to margin_m around a place (3,), in the same order."""
     offset = plants.positions_m - place_m
-    far = _own_reach_m(plants, reach_m) + margin_m
+    far = _own_share(plants.chance) * np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m) + margin_m
     return plants.only(np.flatnonzero(np.einsum("ij,ij->i", offset, offset) < far * far))
 
 
-def _own_reach_m(plants: Plants, reach_m: float) -> Floats:
-    """(N,) from how near each is drawn."""
-    share = _NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0]
-    return np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m) * share
+def _own_share(chance: Floats) -> Floats:
+    """(N,) of the reach: how near each has to be to be drawn."""
+    return _NEAREST + (1.0 - _NEAREST) * np.modf(chance[:, 1] * 13.0)[0]
 
 
 def seen(
@@ -116,13 +114,18 @@ def seen(
     wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
     inside = (high > -wide).all(axis=0) | (np.maximum(high, low) > -_TRUNK_M).all(axis=0)
     which = np.flatnonzero(inside)
-    few, offset = plants.only(which), offset[which]
+    offset, height = offset[which], plants.heights_m[which]
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    reach = np.minimum(reach_m, _SEEN_HEIGHTS * few.heights_m)
-    grown = np.clip((_own_reach_m(few, reach_m) - away) / (_GROWS * reach), 0.0, 1.0)
+    reach = np.minimum(reach_m, _SEEN_HEIGHTS * height)
+    grown = np.clip((_own_share(plants.chance[which]) * reach - away) / (_GROWS * reach), 0.0, 1.0)
+    drawn = grown > 0.0
+    near = np.flatnonzero(away < height + plants.radii_m[which] + _LEAF_M)
+    if len(near):
+        close = plants.only(which[near])
+        drawn[near] &= ~_holds(close, offset[near], close.up)
     order = np.argsort(away, kind="stable")
-    order = order[((grown > 0.0) & ~_holds(few, offset, few.up))[order]]
-    few, offset, away, grown = few.only(order), offset[order], away[order], grown[order]
+    order = order[drawn[order]]
+    few, offset, away, grown = plants.only(which[order]), offset[order], away[order], grown[order]
     rows = tree_records(few, camera.position_m, grown)
     if snow is not None:
         rows["snow"] = snow.on(few.positions_m)
