@@ -14,7 +14,7 @@ from ...engine.space import CameraState
 from .snow import SnowFall
 from .stand import Plants, Species
 
-__all__ = ["TREE_DTYPE", "in_detail", "seen", "tree_records", "within"]
+__all__ = ["TREE_DTYPE", "Close", "in_detail", "seen", "tree_records", "within"]
 
 Floats = NDArray[np.float64]
 
@@ -86,24 +86,35 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     return out
 
 
-def within(plants: Plants, place_m: Floats, reach_m: float, margin_m: float) -> Plants:
+@dataclass(frozen=True)
+class Close:
+    """Plants that may be in a picture from around a place, and what stays the same from wherever it is taken there."""
+
+    plants: Plants
+    reach_m: Floats
+    """(N,) from how near plants of that height may be drawn"""
+    own_m: Floats
+    """(N,) from how near each is: its share of that"""
+    snow: Floats
+    """(N,) as SnowFall.on has it"""
+
+
+def within(plants: Plants, place_m: Floats, reach_m: float, margin_m: float, snow: SnowFall) -> Close:
     """Those that `seen` may find from up to margin_m around a place (3,), in the same order."""
     offset = plants.positions_m - place_m
-    far = _own_share(plants.chance) * np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m) + margin_m
-    return plants.only(np.flatnonzero(np.einsum("ij,ij->i", offset, offset) < far * far))
+    reach = np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m)
+    own = reach * (_NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0])
+    far = own + margin_m
+    which = np.flatnonzero(np.einsum("ij,ij->i", offset, offset) < far * far)
+    few = plants.only(which)
+    return Close(few, reach[which], own[which], snow.on(few.positions_m))
 
 
-def _own_share(chance: Floats) -> Floats:
-    """(N,) of the reach: how near each has to be to be drawn."""
-    return _NEAREST + (1.0 - _NEAREST) * np.modf(chance[:, 1] * 13.0)[0]
-
-
-def seen(
-    plants: Plants, camera: CameraState, reach_m: float, snow: SnowFall | None = None
-) -> tuple[NDArray[np.void], Floats, Plants]:
+def seen(close: Close, camera: CameraState) -> tuple[NDArray[np.void], Floats, Plants]:
     """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; how near
     (N,) their crowns come, metres; and these trees. A tree in whose leaves the eye is isn't drawn, since they would be
-    all that is seen. snow: None: there is none."""
+    all that is seen."""
+    plants = close.plants
     if not len(plants):
         return np.zeros(0, TREE_DTYPE), np.zeros(0), plants
     edges = np.concatenate([camera.forward[None], camera.planes])
@@ -116,19 +127,18 @@ def seen(
     which = np.flatnonzero(inside)
     offset, height = offset[which], plants.heights_m[which]
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    reach = np.minimum(reach_m, _SEEN_HEIGHTS * height)
-    grown = np.clip((_own_share(plants.chance[which]) * reach - away) / (_GROWS * reach), 0.0, 1.0)
+    grown = np.clip((close.own_m[which] - away) / (_GROWS * close.reach_m[which]), 0.0, 1.0)
     drawn = grown > 0.0
     near = np.flatnonzero(away < height + plants.radii_m[which] + _LEAF_M)
     if len(near):
-        close = plants.only(which[near])
-        drawn[near] &= ~_holds(close, offset[near], close.up)
+        around = plants.only(which[near])
+        drawn[near] &= ~_holds(around, offset[near], around.up)
     order = np.argsort(away, kind="stable")
     order = order[drawn[order]]
-    few, offset, away, grown = plants.only(which[order]), offset[order], away[order], grown[order]
+    which, offset, away, grown = which[order], offset[order], away[order], grown[order]
+    few = plants.only(which)
     rows = tree_records(few, camera.position_m, grown)
-    if snow is not None:
-        rows["snow"] = snow.on(few.positions_m)
+    rows["snow"] = close.snow[which]
     near = np.flatnonzero(away < _WINDOWS * (few.heights_m + few.radii_m))
     if len(near):
         rows["window"][near], rows["stem"][near] = windows(rows[near], few.up[near], camera)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +138,7 @@ NOTHING = Plants(
 )
 
 
+@lru_cache(maxsize=16)
 def plot_level(radius_m: float) -> int:
     """The level of the lattice whose cells are nearest to PLOT_M."""
     level = float(np.log2(cell_edge_m(0, radius_m) / PLOT_M))

@@ -34,7 +34,7 @@ from ...engine.wavelengths import wavelengths_of
 from .felling import GROWS
 from .growth import Growing
 from .near import Near
-from .records import TREE_DTYPE, in_detail, seen, within
+from .records import TREE_DTYPE, Close, in_detail, seen, within
 from .season import AUTUMN, LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .snow import SnowFall
@@ -56,9 +56,10 @@ _CLOSE_M = 30.0
 """How far a camera goes before it is asked again which plants are near enough to be drawn."""
 
 
-class _SeenKey(NamedTuple):
+class _CloseKey(NamedTuple):
+    """What the plants around a place follow from."""
+
     revision: tuple[int, ...]
-    camera: CameraStamp
     reach_m: float
     snow: SnowFall
 
@@ -70,11 +71,11 @@ class _CoverView(ViewParts):
         super().__init__(of)
         self.nears = tuple(Near(layer) for layer in LAYERS)
         self.plants, self.revision = NOTHING, ()
-        self._close, self._close_key, self._close_to = NOTHING, None, np.zeros(3)
+        self._close: tuple[_CloseKey, NDArray[np.float64], Close] | None = None
         self.sway, self.leaves = STILL, SUMMER
         self.forest = Forest(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), 0.0)
         self.forest_key: tuple[int, int, Leaves] | None = None
-        self.key: _SeenKey | None = None
+        self.key: tuple[_CloseKey, CameraStamp] | None = None
         self.count, self.detailed, self.shown = 0, (0, 0), NOTHING
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
@@ -88,21 +89,21 @@ class _CoverView(ViewParts):
 
     def look(self, frame: Frame, reach_m: float, snow: SnowFall) -> None:
         """Find the plants in the picture, when they, the camera or the snow have changed."""
-        key = _SeenKey(self.revision, frame.camera.stamp, reach_m, snow)
-        if key == self.key:
+        near = _CloseKey(self.revision, reach_m, snow)
+        if self.key == (near, frame.camera.stamp):
             return
-        self.key = key
-        rows, crown_m, self.shown = seen(self._within(frame.camera.position_m, reach_m), frame.camera, reach_m, snow)
+        self.key = near, frame.camera.stamp
+        close = self._within(frame.camera.position_m, near)
+        rows, crown_m, self.shown = seen(close, frame.camera)
         self.trees.write(rows)
         self.count, self.detailed = len(rows), in_detail(rows, crown_m, frame.pixel_rad)
 
-    def _within(self, place_m: NDArray[np.float64], reach_m: float) -> Plants:
+    def _within(self, place_m: NDArray[np.float64], key: _CloseKey) -> Close:
         """What may be in a picture from there: a third of all."""
-        moved, key = place_m - self._close_to, (self.revision, reach_m)
-        if key != self._close_key or moved @ moved > _CLOSE_M**2:
-            self._close_key, self._close_to = key, place_m
-            self._close = within(self.plants, place_m, reach_m, _CLOSE_M)
-        return self._close
+        if self._close is None or key != self._close[0] or np.linalg.norm(place_m - self._close[1]) > _CLOSE_M:
+            close = within(self.plants, place_m, key.reach_m, _CLOSE_M, key.snow)
+            self._close = key, place_m, close
+        return self._close[2]
 
     def other_since(self, revision: tuple[int, ...]) -> Plants | None:
         """As Near has it, of all layers."""
