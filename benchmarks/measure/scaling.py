@@ -77,11 +77,13 @@ def turning_frames(renderer: Renderer, seen: Camera, runs: int, sun: Sun | None 
     return turning_views(renderer, seen, 1, runs, sun)
 
 
-def turning_in_turns(renderers: Sequence[Renderer], seen: View, runs: int, warm_up: int) -> list[FrameCost]:
+def turning_in_turns(
+    renderers: Sequence[Renderer], seen: View | Camera, runs: int, warm_up: int, sun: Sun | None = None
+) -> list[FrameCost]:
     """`turning_frames` of several renderers that take turns: a machine that slows down slows all alike. cpu_ms is the
     mean, in which work that is spread over frames counts with its share."""
     placed = seen.in_scene(renderers[0].scene)
-    moment: dict[str, Any] = {"sun": placed.sun, "time_s": placed.time_s}
+    moment: dict[str, Any] = {"sun": placed.sun if sun is None else sun, "time_s": placed.time_s}
     used: list[list[float]] = [[] for _ in renderers]
     frames: dict[str, Callable[[], None]] = {}
     with ExitStack() as stack:

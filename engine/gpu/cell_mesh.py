@@ -111,7 +111,11 @@ class CellMesh:
     def upload(self, cells: CellSet, beside: Topology) -> bool:
         """Take over a selection: two buffer writes. Returns True when the capacity grew: compile the graph again."""
         count = len(cells.face)
-        grew = self._make_room(count)
+        grew = count > self.capacity
+        if grew:
+            # Twice as many, but never more than a buffer may hold while those that are wanted fit.
+            most = self.scope.caps.max_storage_block_bytes // (self.vertices_per_cell * VERTEX_DTYPE.itemsize)
+            self._make_room(max(count, min(2 * self.capacity, most)))
         record = np.zeros(count, CELL_DTYPE)
         for name in ("face", "level", "i", "j", "spacing_m", "distance_m"):
             record[name] = getattr(cells, name)
@@ -123,28 +127,26 @@ class CellMesh:
         return grew
 
     def reserve(self, capacity: int) -> bool:
-        """Make room for so many cells, before there are any that are wanted: those that are there are lost. Returns
-        True when the capacity grew."""
+        """Make room for so many cells and no more, before there are any that are wanted: those that are there are lost.
+        Returns True when the capacity grew."""
         if capacity <= self.capacity:
             return False
         self.count = 0
-        return self._make_room(capacity)
+        self._make_room(capacity)
+        return True
 
-    def _make_room(self, count: int) -> bool:
-        if count <= self.capacity:
-            return False
-        # Twice as many, but never more than a buffer may hold while those that are wanted fit.
-        most = self.scope.caps.max_storage_block_bytes // (self.vertices_per_cell * VERTEX_DTYPE.itemsize)
-        self.capacity = max(count, min(2 * self.capacity, most))
+    def _make_room(self, capacity: int) -> None:
+        self.capacity = capacity
         self.scope.free(self._cells)
         self.scope.free(self.topology)
         self._reserve()
-        return True
 
     def take(self, other: CellMesh) -> bool:
         """Take over another mesh with its vertices, on the GPU, and make as much room as it has. Returns True when the
         capacity grew: compile the graph again, and then `take_vertices`, while the other has them."""
-        grew = self._make_room(other.capacity)
+        grew = other.capacity > self.capacity
+        if grew:
+            self._make_room(other.capacity)
         self.count = other.count
         self.selection += 1
         if self.count:

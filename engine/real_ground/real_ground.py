@@ -249,8 +249,8 @@ def _chain(by_place: Floats, jacobian: Floats) -> Floats:
 @dataclass(frozen=True)
 class _Sampled:
     """at: which of the places asked for are in a page; derivatives (2, N) by column and row; block (3, N): which number
-    of PageLevel.slopes is about there; taps (4, 4, N): samples around, rows first; towards (N,): 0 at a pole, 1 from a
-    sample's distance on."""
+    of PageLevel.slopes is about there; taps (4, 4, N): samples around, rows first; towards (2, N): 0 at a pole, 1
+    from a sample's distance on, and its derivative by row."""
 
     at: Ints
     height: Floats
@@ -269,18 +269,18 @@ class _Sampled:
         (wx, dx), (wy, dy) = (_spline(f) for f in self.fraction)
         out = np.zeros((12, len(self.at)))
         by = np.stack([np.einsum("an,bn,ban->n", dx, wy, self.taps), np.einsum("an,bn,ban->n", wx, dy, self.taps)])
-        out[:3] = _chain(by * self.towards, to_points)
+        out[:3] = _chain(by * self.towards[0], to_points)
         if slopes:
             ddx, ddy = (_bends(f) for f in self.fraction)
             xx = np.einsum("an,bn,ban->n", ddx, wy, self.taps)
             xy = np.einsum("an,bn,ban->n", dx, dy, self.taps)
             yy = np.einsum("an,bn,ban->n", wx, ddy, self.taps)
-            second = np.stack([np.stack([xx, xy]), np.stack([xy, yy])]) * self.towards
+            second = np.stack([np.stack([xx, xy]), np.stack([xy, yy])]) * self.towards[0]
             out[3:] = np.einsum("ian,ijn,jbn->abn", to_points, second, to_points).reshape(9, -1)
         return out
 
     def roughness(self, level: PageLevel, slopes: bool) -> tuple[Floats, Floats]:
-        """Metres (M,) that samples differ by, and derivatives (2, M) by column and row."""
+        """Metres (M,) that samples differ by, none at a pole, and derivatives (2, M) by column and row."""
         page, x, y = self.in_page
         x, y = x * (1.0 / ROUGH_SIDE) + 2.0, y * (1.0 / ROUGH_SIDE) + 2.0
         i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
@@ -288,9 +288,11 @@ class _Sampled:
         (wx, dx), (wy, dy) = _spline(x - i), _spline(y - j)
         value = np.einsum("an,bn,ban->n", wx, wy, taps)
         if not slopes:
-            return value, np.zeros((2, len(value)))
+            return value * self.towards[0], np.zeros((2, len(value)))
         by = np.stack([np.einsum("an,bn,ban->n", dx, wy, taps), np.einsum("an,bn,ban->n", wx, dy, taps)])
-        return value, by * (1.0 / ROUGH_SIDE)
+        by *= self.towards[0] * (1.0 / ROUGH_SIDE)
+        by[1] += value * self.towards[1]
+        return value * self.towards[0], by
 
 
 def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
@@ -314,7 +316,7 @@ def sample_level(level: PageLevel, world: World, at: Ints) -> _Sampled | None:
         d_weight[0, faded] = np.einsum("an,bn,ban->n", dx, wy, taps)
         d_weight[1, faded] = np.einsum("an,bn,ban->n", wx, dy, taps)
         weight[weight > 1.0 - DONE] = 1.0
-    towards = np.ones(len(page))
+    towards = np.stack([np.ones(len(page)), np.zeros(len(page))])
     if not level.lattice.mercator:
         _towards_poles(level, v[inside], height, weight, d_height, d_weight, towards)
     block, place = np.stack([page, j // STEEP_SIDE, i // STEEP_SIDE]), (page, i + fx - BEFORE, j + fy - BEFORE)
@@ -346,7 +348,7 @@ def _towards_poles(
             continue
         t = np.maximum(away[near], 0.0) / width
         f, d_f = t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / width * sign
-        towards[near] *= f
+        towards[:, near] = f, d_f
         for value, slope, there in zip((height, weight), (d_height, d_weight), level.polar[k], strict=True):
             over = value[near] - there
             value[near] = there + f * over

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -40,6 +39,8 @@ def write_toml(path: str | os.PathLike[str], data: Mapping[str, object]) -> None
 
     It is written beside its place, flushed to disk, and renamed. PresetError when the folder is missing or refuses.
     """
+    import tempfile  # with compressors, which who only reads presets need not wait for
+
     path = Path(path)
     if not path.parent.is_dir():
         raise PresetError(f"{path}: the folder {path.parent.absolute()} doesn't exist; make it first")

@@ -8,9 +8,9 @@ from pathlib import Path
 from ..components import Terrain
 from ..engine.real_ground.tile_index import is_tiles
 from ..errors import SceneError
+from ..scene.file import SUFFIX
 from ..scene.saving import left_out
 from ..scene.scene import Scene, load_scene
-from ..scene.shared import SUFFIX
 
 __all__ = ["packed", "require_sendable", "unpacked"]
 

@@ -13,9 +13,8 @@ from ..engine.settings import PresetError, build_components, did_you_mean, read_
 from ..engine.user_paths import place_of
 from ..errors import UnknownNameError
 from .kinds import KINDS, PLANET_KINDS, PRESETS, PROP_KINDS
-from .shared import SUFFIX, opened
 
-__all__ = ["FORMAT", "Description", "describe", "described_companions", "planets", "scenes"]
+__all__ = ["FORMAT", "SUFFIX", "Description", "describe", "described_companions", "planets", "scenes"]
 
 # Top-level keys beside the tables: how it is called, what it is, the preset or file it changes, and the preset whose
 # named views apply to it.
@@ -23,6 +22,8 @@ _KEYS = ("name", "about", "base", "like")
 _FORMAT = "format"
 FORMAT = 1
 """Of the files that are written; files without are of format 0."""
+SUFFIX = ".planetfall"
+"""Of scenes that are shared as one file."""
 _COMPANIONS = "companions"  # [[companions]]: further planets; a file's own replace its base's
 _PROPS = "props"  # [[props]]: objects, each with a name and tables of its components; a file's own replace its base's
 _ALSO = (*_KEYS, _FORMAT, _PROPS, _COMPANIONS)
@@ -142,7 +143,11 @@ def _path_of(source: str | os.PathLike[str]) -> Path:
     if not os.fspath(source):
         raise UnknownNameError(f"load_scene: the name is empty; planets: {', '.join(planets())}")
     path = Path(source)
-    return opened(path) if path.suffix == SUFFIX else path
+    if path.suffix != SUFFIX:
+        return path
+    from .shared import opened  # with zip files, of which an import of planetfall would be a tenth longer
+
+    return opened(path)
 
 
 def _preset_path(name: str) -> Path:

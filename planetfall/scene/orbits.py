@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..components import Atmosphere, Clouds, Orbit, Planet, Sun, Terrain
-from ..systems.light.sun import resolve_sky
 from .handle import Parts
 
 __all__ = ["Matrix", "Vector", "centre_on", "overlaps", "places", "reach_m"]
@@ -74,6 +73,8 @@ def _among_stars(sun: Sun, planet: Planet, time_s: float, spins: bool) -> tuple[
     """The stars' axes and the time that orbits go by. spins: the scene's planet turns below the stars."""
     if not spins:
         return np.eye(3), float(time_s)
+    from ..systems.light.sun import resolve_sky  # with all of engine.frame, which one planet alone does without
+
     return resolve_sky(sun, planet, time_s).star_axes, float(time_s) + float(sun.epoch_s or 0.0)
 
 

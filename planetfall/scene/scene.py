@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import logging
 import os
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +31,6 @@ from .kinds import KINDS, PLANET_KINDS, SCENE_KINDS, refuse_elsewhere
 from .moving import set_places
 from .orbits import overlaps, places, reach_m
 from .saving import left_out, scene_tables
-from .shared import count_from, pack
 
 if TYPE_CHECKING:
     from ..engine.surface.field import HeightField
@@ -275,6 +273,8 @@ class Scene:
         if self.preset is not None:
             data["like"] = self.preset
         data |= scene_tables(self)
+        from .shared import count_from
+
         count_from(data, Path(path).parent)
         unknown, functions = left_out(self)
         if unknown:
@@ -292,6 +292,10 @@ class Scene:
 
         path: ends in .planetfall. Written beside, then renamed; returned. PresetError when that can't be.
         """
+        import tempfile
+
+        from .shared import pack
+
         with tempfile.TemporaryDirectory() as folder:
             self.save(Path(folder) / "scene.toml")
             return pack(Path(folder) / "scene.toml", Path(path))

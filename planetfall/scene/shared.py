@@ -16,11 +16,11 @@ import platformdirs
 
 from ..engine.settings import PresetError, read_toml, rules_of, write_toml
 from ..engine.user_paths import place_of
+from .file import SUFFIX
 from .kinds import KINDS
 
-__all__ = ["SUFFIX", "count_from", "opened", "pack"]
+__all__ = ["count_from", "opened", "pack"]
 
-SUFFIX = ".planetfall"
 _SCENE, _FILES = "scene.toml", "files"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 """Of what is in it, so that the same scene makes the same file."""

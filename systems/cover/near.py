@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,13 @@ def plots_within(direction: Floats, angle_rad: float, level: int) -> list[Plot]:
     return [Plot(int(face), level, int(i), int(j)) for face, i, j in cells[near]]
 
 
+@lru_cache(maxsize=4)
+def _plot_at(direction: bytes, level: int) -> Plot:
+    """The one that holds a unit direction (3,) f64: each layer asks for the same."""
+    face, i, j = cell_of(np.frombuffer(direction), level)
+    return Plot(int(face), level, int(i), int(j))
+
+
 class Near:
     """A layer's plants in the plots near a place. What they follow from is `key`: another one forgets them all. Felled
     ones are no part of it: `plants` are those that still stand."""
@@ -85,8 +93,7 @@ class Near:
             self._plots.clear()
             self._standing.clear()
         other = self._fell(cover)
-        face, i, j = cell_of(direction, level)
-        at = Plot(int(face), level, int(i), int(j))
+        at = _plot_at(direction.tobytes(), level)
         changed = False
         if at != self._at:
             self._at = at

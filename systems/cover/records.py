@@ -14,7 +14,7 @@ from ...engine.space import CameraState
 from .snow import SnowFall
 from .stand import Plants, Species
 
-__all__ = ["TREE_DTYPE", "in_detail", "seen", "tree_records"]
+__all__ = ["TREE_DTYPE", "Close", "in_detail", "seen", "tree_records", "within"]
 
 Floats = NDArray[np.float64]
 
@@ -79,21 +79,45 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     shrub = plants.species == Species.SHRUB
     height, foot = plants.heights_m * grown, plants.positions_m - middle_m
     height = np.where(shrub, height / (1.0 - _SHRUB_SUNK), height)
-    up = plants.positions_m[shrub] / np.linalg.norm(plants.positions_m[shrub], axis=1, keepdims=True)
-    foot[shrub] -= (_SHRUB_SUNK * height[shrub])[:, None] * up
+    foot[shrub] -= (_SHRUB_SUNK * height[shrub])[:, None] * plants.up[shrub]
     out["foot_m"], out["height_m"], out["radius_m"] = foot, height, plants.radii_m * grown
     out["species"], out["turn"] = np.where(shrub, Species.BROADLEAF, plants.species), plants.chance[:, 0]
     out["tint"] = plants.chance[:, 1]
     return out
 
 
-def seen(
-    plants: Plants, camera: CameraState, reach_m: float, snow: SnowFall | None = None
-) -> tuple[NDArray[np.void], Floats, Plants]:
+@dataclass(frozen=True)
+class Close:
+    """Plants that may be in a picture from around a place, and what stays the same from wherever it is taken there."""
+
+    plants: Plants
+    reach_m: Floats
+    """(N,) from how near plants of that height may be drawn"""
+    own_m: Floats
+    """(N,) from how near each is: its share of that"""
+    snow: Floats
+    """(N,) as SnowFall.on has it"""
+
+
+def within(plants: Plants, place_m: Floats, reach_m: float, margin_m: float, snow: SnowFall) -> Close:
+    """Those that `seen` may find from up to margin_m around a place (3,), in the same order."""
+    offset = plants.positions_m - place_m
+    reach = np.minimum(reach_m, _SEEN_HEIGHTS * plants.heights_m)
+    own = reach * (_NEAREST + (1.0 - _NEAREST) * np.modf(plants.chance[:, 1] * 13.0)[0])
+    far = own + margin_m
+    which = np.flatnonzero(np.einsum("ij,ij->i", offset, offset) < far * far)
+    few = plants.only(which)
+    return Close(few, reach[which], own[which], snow.on(few.positions_m))
+
+
+def seen(close: Close, camera: CameraState) -> tuple[NDArray[np.void], Floats, Plants]:
     """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; how near
     (N,) their crowns come, metres; and these trees. A tree in whose leaves the eye is isn't drawn, since they would be
-    all that is seen. snow: None: there is none."""
-    edges = np.stack(_edges(camera))
+    all that is seen."""
+    plants = close.plants
+    if not len(plants):
+        return np.zeros(0, TREE_DTYPE), np.zeros(0), plants
+    edges = np.concatenate([camera.forward[None], camera.planes])
     offset = plants.positions_m - camera.position_m
     low = edges @ offset.T
     high = low + _CROWN * plants.heights_m * (edges @ plants.up.T)
@@ -101,19 +125,23 @@ def seen(
     wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
     inside = (high > -wide).all(axis=0) | (np.maximum(high, low) > -_TRUNK_M).all(axis=0)
     which = np.flatnonzero(inside)
-    few, offset = plants.only(which), offset[which]
+    offset, height = offset[which], plants.heights_m[which]
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    reach = np.minimum(reach_m, _SEEN_HEIGHTS * few.heights_m)
-    own = reach * (_NEAREST + (1.0 - _NEAREST) * np.modf(few.chance[:, 1] * 13.0)[0])
-    grown = np.clip((own - away) / (_GROWS * reach), 0.0, 1.0)
+    grown = np.clip((close.own_m[which] - away) / (_GROWS * close.reach_m[which]), 0.0, 1.0)
+    drawn = grown > 0.0
+    near = np.flatnonzero(away < height + plants.radii_m[which] + _LEAF_M)
+    if len(near):
+        around = plants.only(which[near])
+        drawn[near] &= ~_holds(around, offset[near], around.up)
     order = np.argsort(away, kind="stable")
-    order = order[((grown > 0.0) & ~_holds(few, offset, few.up))[order]]
-    few, offset, away, grown = few.only(order), offset[order], away[order], grown[order]
+    order = order[drawn[order]]
+    which, offset, away, grown = which[order], offset[order], away[order], grown[order]
+    few = plants.only(which)
     rows = tree_records(few, camera.position_m, grown)
-    if snow is not None:
-        rows["snow"] = snow.on(few.positions_m)
+    rows["snow"] = close.snow[which]
     near = np.flatnonzero(away < _WINDOWS * (few.heights_m + few.radii_m))
-    rows["window"][near], rows["stem"][near] = windows(rows[near], few.up[near], camera)
+    if len(near):
+        rows["window"][near], rows["stem"][near] = windows(rows[near], few.up[near], camera)
     return rows, _crown_m(few, offset, few.up), few
 
 
@@ -121,33 +149,35 @@ def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[F
     """The parts of the picture (N, 4), in normalised device coordinates, that hold each tree's crown, and its stem
     below that; up: (N, 3), unit."""
     helper = np.where(np.abs(up[:, 2:]) < 0.7, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-    east = np.cross(helper, up)
+    east = _cross(helper, up)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
-    north = np.cross(up, east)
+    north = _cross(up, east)
     foot, height, radius = (trees[name].astype(np.float64) for name in ("foot_m", "height_m", "radius_m"))
 
     crown, trunk = 1.03 * radius + _LEANS * height, 0.03 * height + 0.5 * _LEANS * height
     conifer = trees["species"] == Species.CONIFER
     lowest = np.where(conifer, _LOWEST_BRANCH, np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5))
-    # Of a box: (parts, ends, corners, N, 3).
-    share = np.array([[lowest, np.full_like(height, 1.03)], [np.full_like(height, -0.05), lowest]])
-    square = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)])
-    aside = np.einsum("ka,anc->knc", square, np.stack([east, north]))
-    box = foot + np.stack([crown, trunk])[:, None, None, :, None] * aside + (share * height)[:, :, None, :, None] * up
-    parts = []
-    for low, high in box:
-        a, b = np.stack([low, high, low]), np.stack([np.roll(low, -1, axis=0), np.roll(high, -1, axis=0), high])
-        found = _around(a.reshape(12, -1, 3), b.reshape(12, -1, 3), camera)
-        found[:, :2] = np.maximum(found[:, :2] - _WINDOW_MARGIN, -1.0)
-        found[:, 2:] = np.minimum(found[:, 2:] + _WINDOW_MARGIN, 1.0)
-        parts.append(found)
-    return parts[0], parts[1]
+    # Of the boxes around crowns and around stems: (parts, ends, corners, N, 3).
+    ends = np.array([[lowest * height, 1.03 * height], [-0.05 * height, lowest * height]])
+    aside = np.array([east + north, east - north, -east - north, north - east])
+    wide = np.array([crown, trunk])
+    box = foot + wide[:, None, None, :, None] * aside + ends[:, :, None, :, None] * up
+    corners = box.reshape(2, 8, -1, 3).swapaxes(0, 1).reshape(8, -1, 3)
+    found = _around(corners, camera)
+    found[:, :2] = np.maximum(found[:, :2] - _WINDOW_MARGIN, -1.0)
+    found[:, 2:] = np.minimum(found[:, 2:] + _WINDOW_MARGIN, 1.0)
+    return found[: len(trees)], found[len(trees) :]
 
 
-def _around(a: Floats, b: Floats, camera: CameraState) -> Floats:
-    """Windows (N, 4) that hold the edges from a to b, (E, N, 3) from the eye, as far as they lie ahead of it."""
-    start, end = np.concatenate([a, b]), np.concatenate([b, a])
-    here, there = start @ camera.forward, end @ camera.forward
+_EDGES = np.array([(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)])
+"""Of a box, whose corners go around below and then around above."""
+
+
+def _around(corners: Floats, camera: CameraState) -> Floats:
+    """Windows (N, 4) that hold boxes whose corners are (8, N, 3), from the eye, as far as they lie ahead of it."""
+    start, end = (corners[np.concatenate(pair)] for pair in (_EDGES.T, _EDGES.T[::-1]))
+    ahead = corners @ camera.forward
+    here, there = (ahead[np.concatenate(pair)] for pair in (_EDGES.T, _EDGES.T[::-1]))
     behind = here < _AHEAD_M
     over = np.where(np.abs(there - here) > 1e-9, there - here, 1.0)
     share = np.where(behind & (over == there - here), (_AHEAD_M - here) / over, 0.0)
@@ -160,6 +190,11 @@ def _around(a: Floats, b: Floats, camera: CameraState) -> Floats:
     least = np.where(shown[..., None], place, 1.0).min(axis=0, initial=1.0)
     most = np.where(shown[..., None], place, -1.0).max(axis=0, initial=-1.0)
     return np.concatenate([least, most], axis=1)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Of rows (N, 3): np.cross, which takes five times as long for a few."""
+    return a[:, (1, 2, 0)] * b[:, (2, 0, 1)] - a[:, (2, 0, 1)] * b[:, (1, 2, 0)]
 
 
 def in_detail(trees: NDArray[np.void], crown_m: Floats, pixel_rad: float) -> tuple[int, int]:
@@ -183,17 +218,6 @@ def _crown_m(plants: Plants, offset_m: Floats, up: Floats) -> Floats:
     return np.maximum(np.sqrt(np.einsum("ij,ij->i", nearest, nearest)) - plants.radii_m, 0.0)
 
 
-def _edges(camera: CameraState) -> list[Floats]:
-    """Unit normals, into the picture, of the planes through the eye: its four edges, and what is ahead."""
-    normals = [camera.forward]
-    for axis, low, high in (
-        (camera.right, camera.tan_left, camera.tan_right),
-        (camera.up, camera.tan_bottom, camera.tan_top),
-    ):
-        normals += [axis - low * camera.forward, high * camera.forward - axis]
-    return [n / np.linalg.norm(n) for n in normals]
-
-
 def _holds(plants: Plants, offset_m: Floats, up: Floats) -> NDArray[np.bool_]:
     """Whether the crown of a tree (N,) holds the eye; offset_m (N, 3): of its foot from there; up: (N, 3), unit."""
     rise = -np.einsum("ij,ij->i", offset_m, up)
@@ -203,4 +227,5 @@ def _holds(plants: Plants, offset_m: Floats, up: Floats) -> NDArray[np.bool_]:
     conifer = plants.species == Species.CONIFER
     wide = np.where(conifer, 1.0 - share, 1.0) * plants.radii_m + _LEAF_M
     flat = (plants.species == Species.ACACIA) | (plants.species == Species.PALM)
-    return (share > np.select([conifer, flat], [0.0, _FLAT_LEAF], _LOWEST_LEAF)) & (share < 1.0) & (aside < wide)
+    lowest = np.where(conifer, 0.0, np.where(flat, _FLAT_LEAF, _LOWEST_LEAF))
+    return (share > lowest) & (share < 1.0) & (aside < wide)

@@ -46,7 +46,7 @@ def leaves_at(season: float, sine: float) -> Leaves:
     year, share = float(year_of(season, sine < 0.0)), float(seasonal(sine))
 
     def ramp(ends: tuple[float, float]) -> float:
-        return float(np.clip((year - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))
+        return min(max((year - ends[0]) / (ends[1] - ends[0]), 0.0), 1.0)
 
     winter = year < _BUD[1]
     bare = 1.0 - ramp(_BUD) if winter else ramp(_FALL)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,7 +115,10 @@ class Plants:
     @classmethod
     def of(cls, parts: list[Plants]) -> Plants:
         """All of them in one."""
-        return cls(*(np.concatenate([getattr(p, f) for p in (*parts, NOTHING)]) for f in cls.__dataclass_fields__))
+        parts = [part for part in parts if len(part)]
+        if len(parts) < 2:
+            return parts[0] if parts else NOTHING
+        return cls(*(np.concatenate([getattr(p, f) for p in parts]) for f in cls.__dataclass_fields__))
 
     @property
     def instances(self) -> NDArray[np.uint32]:
@@ -124,7 +127,10 @@ class Plants:
 
     def only(self, which: NDArray[np.bool_] | Ints) -> Plants:
         """Those of a mask or of indices."""
-        return Plants(*(getattr(self, f)[which] for f in self.__dataclass_fields__))
+        few = Plants(*(getattr(self, f)[which] for f in self.__dataclass_fields__))
+        if "up" in self.__dict__:
+            few.__dict__["up"] = self.up[which]
+        return few
 
 
 NOTHING = Plants(
@@ -132,6 +138,7 @@ NOTHING = Plants(
 )
 
 
+@lru_cache(maxsize=16)
 def plot_level(radius_m: float) -> int:
     """The level of the lattice whose cells are nearest to PLOT_M."""
     level = float(np.log2(cell_edge_m(0, radius_m) / PLOT_M))

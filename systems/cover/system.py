@@ -34,7 +34,7 @@ from ...engine.wavelengths import wavelengths_of
 from .felling import GROWS
 from .growth import Growing
 from .near import Near
-from .records import TREE_DTYPE, in_detail, seen
+from .records import TREE_DTYPE, Close, in_detail, seen, within
 from .season import AUTUMN, LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .snow import SnowFall
@@ -52,11 +52,14 @@ GRASS_GIVEN_M = 0.3
 _BREEZE = Wind()
 _BUDGET_MS = 4.0
 """A frame's time for making plots, while somebody looks."""
+_CLOSE_M = 30.0
+"""How far a camera goes before it is asked again which plants are near enough to be drawn."""
 
 
-class _SeenKey(NamedTuple):
+class _CloseKey(NamedTuple):
+    """What the plants around a place follow from."""
+
     revision: tuple[int, ...]
-    camera: CameraStamp
     reach_m: float
     snow: SnowFall
 
@@ -68,9 +71,11 @@ class _CoverView(ViewParts):
         super().__init__(of)
         self.nears = tuple(Near(layer) for layer in LAYERS)
         self.plants, self.revision = NOTHING, ()
+        self._close: tuple[_CloseKey, NDArray[np.float64], Close] | None = None
         self.sway, self.leaves = STILL, SUMMER
         self.forest = Forest(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), 0.0)
-        self.key: _SeenKey | None = None
+        self.forest_key: tuple[int, int, Leaves] | None = None
+        self.key: tuple[_CloseKey, CameraStamp] | None = None
         self.count, self.detailed, self.shown = 0, (0, 0), NOTHING
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
@@ -81,6 +86,24 @@ class _CoverView(ViewParts):
         revision = tuple(near.revision for near in self.nears)
         if revision != self.revision:
             self.plants, self.revision = Plants.of([near.plants for near in self.nears]), revision
+
+    def look(self, frame: Frame, reach_m: float, snow: SnowFall) -> None:
+        """Find the plants in the picture, when they, the camera or the snow have changed."""
+        near = _CloseKey(self.revision, reach_m, snow)
+        if self.key == (near, frame.camera.stamp):
+            return
+        self.key = near, frame.camera.stamp
+        close = self._within(frame.camera.position_m, near)
+        rows, crown_m, self.shown = seen(close, frame.camera)
+        self.trees.write(rows)
+        self.count, self.detailed = len(rows), in_detail(rows, crown_m, frame.pixel_rad)
+
+    def _within(self, place_m: NDArray[np.float64], key: _CloseKey) -> Close:
+        """What may be in a picture from there: a third of all."""
+        if self._close is None or key != self._close[0] or np.linalg.norm(place_m - self._close[1]) > _CLOSE_M:
+            close = within(self.plants, place_m, key.reach_m, _CLOSE_M, key.snow)
+            self._close = key, place_m, close
+        return self._close[2]
 
     def other_since(self, revision: tuple[int, ...]) -> Plants | None:
         """As Near has it, of all layers."""
@@ -173,7 +196,10 @@ class CoverSystem(System):
         sea = None if ocean is None else ocean.sea_level_m
         growing = Growing.of(terrain, sea, cover.savanna, cover.riparian)
         snow = SnowFall.of(growing, frame.world.get(frame.planet, Planet).radius_m, cover)
-        view.forest = self._forest(cover, view.leaves, snow, terrain.snow_albedo)
+        forest_key = (revision(component), revision(own_ground), view.leaves)
+        if forest_key != view.forest_key:
+            view.forest_key = forest_key
+            view.forest = self._forest(cover, view.leaves, snow, terrain.snow_albedo)
         reach = float(self._settings["cover.reach_m"])
         if (
             not hasattr(ground, "moisture")  # none, or printed ground, which knows no climate: nothing grows on it
@@ -191,14 +217,7 @@ class CoverSystem(System):
         view.gather()
         if not len(view.plants):
             view.shadows.place(frame.camera.position_m, view.forest, view.sway, False)
-        found = _SeenKey(view.revision, frame.camera.stamp, reach, snow)
-        if found != view.key:
-            view.key = found
-            rows, crown_m, shown = seen(view.plants, frame.camera, reach, snow)
-            view.trees.write(rows)
-            view.shown = shown
-            view.count = len(rows)
-            view.detailed = in_detail(rows, crown_m, frame.pixel_rad)
+        view.look(frame, reach, snow)
 
     @staticmethod
     def _wind(frame: Frame) -> Wind:

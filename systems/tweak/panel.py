@@ -179,12 +179,18 @@ class Panel:
         return changes
 
     def _row(self, imgui: ImGui, component: Any, rule: FieldRule, default: Any, apply: bool) -> list[Change]:
-        old = getattr(component, rule.name)
+        old, key = getattr(component, rule.name), (self._heading, rule.name)
+        imgui.table_next_row()
+        imgui.table_next_column()
+        # Most rows of a long page are scrolled out of sight; while one is used, all are there for the tabulator key.
+        size = imgui.ImVec2(1.0, imgui.get_frame_height())
+        one_line = rule.kind != "vector" and key not in self.errors
+        if one_line and not imgui.is_rect_visible(size) and not imgui.is_any_item_active():
+            imgui.dummy(size)
+            return []
         changed = old != default
         imgui.push_id(rule.name)
         wanted = old
-        imgui.table_next_row()
-        imgui.table_next_column()
         imgui.align_text_to_frame_padding()
         if changed:
             imgui.text_colored(imgui.ImVec4(*AMBER), _label(rule))
@@ -205,7 +211,6 @@ class Panel:
                 wanted = default
             imgui.pop_style_color()
             imgui.set_item_tooltip(f"back to {_shown(default)}")
-        key = (self._heading, rule.name)
         if edited != old:
             wanted = edited
         changes: list[Change] = []

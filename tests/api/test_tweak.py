@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import imgui_bundle
 import numpy as np
 import pytest
 
@@ -292,7 +293,8 @@ def test_search_and_only_changed(desk: Desk) -> None:
     assert desk.changes[-1]["second"][0].field == "roughness"
 
 
-def test_every_component_can_be_drawn(desk: Desk) -> None:
+def test_every_component_can_be_drawn(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(imgui_bundle.imgui, "is_rect_visible", lambda size: True)
     kinds = (Atmosphere, Exposure, Ocean, Planet, Sun, Terrain, TerrainQuality)
     things = {kind.__name__: kind() for kind in kinds}
     desk.panel.search = " "
@@ -301,6 +303,22 @@ def test_every_component_can_be_drawn(desk: Desk) -> None:
     assert desk.changes == []
     assert {"radius_m", "seed", "direction", "rock_albedo", "ev100"} <= set(desk.boxes)
     assert desk.pixels().max() > 200
+
+
+def test_rows_out_of_sight_take_their_room_without_being_drawn(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    imgui, terrain, ends = imgui_bundle.imgui, Terrain(), []
+
+    def draw() -> None:
+        desk.panel.draw(terrain)
+        ends.append(imgui.get_cursor_pos_y())
+
+    desk.draw = draw
+    desk.boxes.clear()
+    desk.step(frames=3)
+    few = set(desk.boxes)
+    monkeypatch.setattr(imgui, "is_rect_visible", lambda size: True)
+    desk.step(frames=3)
+    assert few < set(desk.boxes) and len(set(ends[1:])) == 1
 
 
 def test_numbers_of_many_sizes_are_dragged_by_a_part_of_their_size(desk: Desk) -> None:

@@ -11,6 +11,7 @@ import pytest
 import planetfall as pf
 from planetfall.benchmarks.measure import descent, snaps
 from planetfall.engine.frame.snapping import HeldScale, SnapAhead
+from planetfall.engine.gpu import GpuScope
 from planetfall.engine.gpu.cell_mesh import CellMesh
 from planetfall.engine.snapped import MeshAhead
 from planetfall.engine.surface.proxy import snap_proxy
@@ -473,3 +474,11 @@ def test_makers_that_need_more_room_make_it_together(monkeypatch: pytest.MonkeyP
         assert len(plans) == 3
         meshes = [terrain.mesh, terrain.ahead.mesh, terrain.fade.mesh, ocean.mesh, ocean.ahead.mesh]
         assert most > 266 and {mesh.capacity for mesh in meshes} == {532}
+
+
+@pytest.mark.gpu
+def test_room_is_made_for_what_another_maker_has_and_no_more(scope: GpuScope):
+    """Twice as much at each snap is soon as much as a buffer may hold."""
+    one, other = (CellMesh(scope, name, 8, 100) for name in ("one", "other"))
+    assert one.reserve(150) and not one.reserve(150) and one.capacity == 150
+    assert other.take(one) and other.capacity == 150

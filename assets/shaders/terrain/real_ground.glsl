@@ -167,12 +167,12 @@ void real_falls(ivec2 at, vec2 f, out vec2 by, out vec3 second) {
 
 // Between the last row and a pole all meridians come to the same height. rows: from the pole; turn: 1 at the north one.
 void real_towards_pole(float rows, float width, vec2 there, float turn, inout RealSample found, inout vec2 d_height,
-    inout vec2 d_weight, inout float towards) {
+    inout vec2 d_weight, inout vec2 towards) {
     if (rows >= width) return;
     float t = max(rows, 0.0) / width, f = t * t * (3.0 - 2.0 * t), d_f = 6.0 * t * (1.0 - t) / width * turn;
     float pole_m = there.x - terrain_table.real.ground_m - terrain_table.real.ground_rest_m;
     TERRAIN_REAL over = TERRAIN_SUM(found.height, TERRAIN_NUMBER(-pole_m));
-    towards *= f;
+    towards = vec2(f, d_f);
     d_height *= f;
     d_height.y += d_f * TERRAIN_SINGLE(over);
     d_weight *= f;
@@ -231,7 +231,7 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, ou
     found.weight = 1.0;
     int weights = real_word(record + 1);
     if (weights >= 0) found.weight = real_weight(real_slot(weights) + at, f, d_weight);
-    float towards = 1.0;
+    vec2 towards = vec2(1.0, 0.0);   // 0 at a pole, and its derivative by row
     if (level.mercator == 0) {
         float row = float(real_word(record + 2)) + float(cell.y) + f.y + level.phase.y;
         float width = level.phase.y > 0.0 ? level.phase.y : 1.0;
@@ -253,14 +253,16 @@ bool real_sample(TerrainRealLevel level, TERRAIN_PLACE D, vec3 p, bool rough, ou
 #endif
     if (rough && terrain_table.real.rough != 0) {
         vec2 by;
-        found.rough = level.rough_per_m * real_roughness(record, vec2(cell) + f, by);
+        float differ = real_roughness(record, vec2(cell) + f, by);
+        by = by * towards.x + vec2(0.0, differ * towards.y);
+        found.rough = level.rough_per_m * differ * towards.x;
         if (found.rough < REAL_MOST_ROUGH) found.d_rough = level.rough_per_m * (by.x * by_column + by.y * by_row);
         found.rough = min(found.rough, REAL_MOST_ROUGH);
 #ifdef TERRAIN_ERODED
         vec3 second;
         real_falls(real_slot(real_word(record)) + at, f, by, second);
-        by *= towards;
-        second *= towards;
+        by *= towards.x;
+        second *= towards.x;
         found.falls = by.x * by_column + by.y * by_row;
         found.d_falls = outerProduct(second.x * by_column + second.y * by_row, by_column)
             + outerProduct(second.y * by_column + second.z * by_row, by_row);

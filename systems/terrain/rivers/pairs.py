@@ -83,7 +83,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
     many = table.begin.take(cells + 1) - begin
     line = table.lines.take(np.repeat(begin - (np.cumsum(many) - many), many) + np.arange(int(many.sum())))
     where = np.repeat(near, many)
-    if in_reach and len(where) > _FEW:
+    if in_reach:
         within = _within(table, points, where, line, more_m)
         where, line = where[within], line[within]
         if not where.size:
@@ -117,10 +117,6 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
         return pairs
     floor, reach = value[3:5]
     return _part(pairs, np.flatnonzero(d < np.maximum(reach, floor + HELD * reach) + more_m))
-
-
-_FEW = 32
-"""So few pairs are held against each other as fast as it is known which of them need not be."""
 
 
 def node_places(table: RiverTable, nodes: Nodes) -> Floats:

@@ -31,6 +31,8 @@ CELL_STEPS = 2**22
 """Steps of a node's place in a cell: 4 mm on Earth."""
 BESIDE_M = 100.0
 """How far from the water's edge a bank is wetter than the rain makes it; as BESIDE_M of terrain/rivers.glsl."""
+_FEW_KEYS = 256
+"""So few keys are looked up as fast among all as in their rows."""
 _HALF = 512
 """Cells from the planet's centre to either side, at most."""
 
@@ -97,14 +99,19 @@ class RiverTable:
         """Which of the cells (N,) have lines (K,), and their numbers among all that have (K,)."""
         if not len(self.keys):
             return np.empty(0, np.int64), np.empty(0, np.int64)
+        low = self._found(keys) if len(keys) > _FEW_KEYS else np.searchsorted(self.keys, keys)
+        near = np.flatnonzero(self.keys.take(low, mode="clip") == keys)
+        return near, low[near]
+
+    def _found(self, keys: NDArray[np.int64]) -> NDArray[np.int64]:
+        """np.searchsorted, which takes longer for many."""
         row = keys >> 10
         low, high = (self.rows.take(row + k).astype(np.int64) for k in (0, 1))
         for _ in range(int((high - low).max(initial=0)).bit_length()):
             middle = (low + high) >> 1
             below = self.keys.take(middle, mode="clip") < keys
             low, high = np.where(below, middle + 1, low), np.where(below, high, middle)
-        near = np.flatnonzero(self.keys.take(low, mode="clip") == keys)
-        return near, low[near]
+        return low
 
     @cached_property
     def half_width_m(self) -> NDArray[np.float32]:
