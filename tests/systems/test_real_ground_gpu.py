@@ -114,8 +114,8 @@ def test_heights_around_the_centre(evaluate, country, place):
     assert np.abs(found - expected).max() < 1e-3
 
 
-@pytest.fixture(scope="module")
-def world(tmp_path_factory):
+@pytest.fixture(scope="module", params=[(0.0, 0.0), (1.0, 1.0)], ids=["bare", "gullies"])
+def world(tmp_path_factory, request):
     """All of a planet in pixels of 1 degree, and tiles of 3 minutes on both sides of the date line."""
     tifffile = pytest.importorskip("tifffile")
     folder = tmp_path_factory.mktemp("world")
@@ -128,7 +128,9 @@ def world(tmp_path_factory):
         (34735, "H", len(keys), keys, True),
     ]
     tifffile.imwrite(folder / "all.tif", land(latitude, longitude).astype(np.float32), extratags=tags)
-    return replace(PLAIN, real=real_ground(str(folder), 64_000_000, "x"), height_map_detail=0.0)
+    detail, erosion = request.param
+    real = real_ground(str(folder), 64_000_000, "x")
+    return replace(PLAIN, real=real, height_map_detail=detail, erosion=erosion)
 
 
 @pytest.mark.parametrize(
