@@ -121,6 +121,7 @@ class TerrainRivers:
     first_cell: int
     first_line: int
     first_node: int
+    first_block: int
     count_bits: Annotated[int, "of the number of lines in a cell"]
     given: Annotated[int, "1: lakes are where ground lies below their level (rivers/table.py)"]
     uncarved_m: Annotated[float, "the anchor's ground without them, above the reference sphere"]
@@ -271,7 +272,7 @@ def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.flo
     _anchor(part["bends"], point, rivers.bends, slice(None))
     part["bends"]["value"] = rivers.bend_m
     part["step_m"] = rivers.cell_m / CELL_STEPS
-    for name in ("across", "first_cell", "first_line", "first_node", "count_bits"):
+    for name in ("across", "first_cell", "first_line", "first_node", "first_block", "count_bits"):
         part[name] = getattr(layout, name)
     part["open"], part["given"] = 1.0, int(rivers.given)
     if not point.any():

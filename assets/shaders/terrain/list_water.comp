@@ -14,6 +14,7 @@ const int LOOKS = 9;
 // lines stretches lengths.
 const float WITHIN = 1.2, STRETCHED = 1.6;
 const int TRIES = 4;
+const int MOST_BLOCKS = 128;   // more are not looked at
 
 // What of the ground a tile shows.
 struct TileGround {
@@ -96,16 +97,20 @@ void main() {
     ivec3 low = river_cell(river_unbent(ground.middle - ground.half_box));
     ivec3 sides = river_cell(river_unbent(ground.middle + ground.half_box)) - low + 1;
     bool wide = ground.some && any(greaterThan(sides, ivec3(3)));
+    // Pixels ask cells of their own, which may lie beyond the looks.
+    ivec3 beyond = sides / 4 + 1;
+    float least_wide = WATER_LEAST_PX * ground.narrowest;
+    bool none = wide && river_widest(low - beyond, low + sides + beyond, wide ? MOST_BLOCKS : 0) <= least_wide;
     int cells = ground.some && !wide ? sides.x * sides.y * sides.z : 0, turn = 0;
     // Where there are too many, the narrowest go.
-    float least = WATER_LEAST_PX * ground.narrowest;
+    float least = least_wide;
     TileLines found = TileLines(0, false);
     do {
         TileLines now = tile_lines(ground, low, sides, cells, least, tile * WATER_RECORD);
         found = now;
         least *= 2.0;
     } while (found.count > WATER_LINES && ++turn < TRIES);
-    if (found.near || wide) {
+    if (found.near || wide && !none) {
         flags[tile] = shown | SURFACE_WATER_ASKED;
         uint place = uint(at.x) | uint(at.y) << 16;
         water_lines[tile * WATER_RECORD] = min(found.count, WATER_LINES);

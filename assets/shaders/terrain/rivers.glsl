@@ -37,6 +37,23 @@ ivec2 river_lines(ivec3 cell, float least) {
 
 ivec2 river_lines(ivec3 cell) { return river_lines(cell, -1.0); }
 
+// The largest half width, m, of lines in blocks of columns from `low` to `high`, which holds all cells between them;
+// more than any where that are more than `most` blocks.
+float river_widest(ivec3 low, ivec3 high, int most) {
+    int across = terrain_table.rivers.across, side = (across + RIVER_BLOCK - 1) / RIVER_BLOCK;
+    ivec2 first = clamp(low.xy + (across >> 1), 0, across - 1) / RIVER_BLOCK;
+    ivec2 sides = clamp(high.xy + (across >> 1), 0, across - 1) / RIVER_BLOCK - first + 1;
+    int half_first = low.z < 0 ? 0 : 1, halves = (high.z < 0 ? 0 : 1) - half_first + 1;
+    int count = sides.x * sides.y * halves, widest = 0, k = 0;
+    if (count > most) return 3.0e38;
+    do {
+        ivec2 at = first + ivec2(k % sides.x, k / sides.x % sides.y);
+        int number = ((half_first + k / (sides.x * sides.y)) * side + at.y) * side + at.x;
+        widest = max(widest, river_texel(terrain_table.rivers.first_block + (number >> 2))[number & 3]);
+    } while (++k < count);
+    return river_half_width_of(widest);
+}
+
 // A place as lines see it.
 struct RiverPlace {
     ivec3 steps;   // of nodes' places

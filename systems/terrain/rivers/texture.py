@@ -26,6 +26,8 @@ _NODE_BITS = 22
 _WIDTH_STEPS, _WIDTH_LEAST = 24, -6
 _WIDEST_BIT = 21
 """Of a column, from which on it has that of its widest line."""
+_BLOCK = 8
+"""Columns a side of a block, of whose widest line the code is kept, too: for tiles of the picture that show many."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class RiverLayout:
     first_cell: int
     first_line: int
     first_node: int
+    first_block: int
     count_bits: int
 
 
@@ -56,13 +59,12 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     nodes = np.zeros((len(table.place), 3, 4), dtype=np.int32)
     nodes[:, 0, :3], nodes[:, 0, 3] = table.place, table.to
     nodes[:, 1:] = table.values.view(np.int32).reshape(-1, 2, 4)
-    parts = [part.reshape(-1, 4) for part in (columns, cells, lines, nodes)]
+    parts = [part.reshape(-1, 4) for part in (columns, cells, lines, nodes, _blocks(columns, across))]
     width = 1 << _WIDTH_BITS
     texels = np.zeros((-(-sum(map(len, parts)) // width) * width, 4), dtype=np.int32)
     whole = np.concatenate(parts)
     texels[: len(whole)] = whole
-    cells_at, lines_at, nodes_at = (int(n) for n in np.cumsum([len(part) for part in parts[:3]]))
-    layout = RiverLayout(across, cells_at, lines_at, nodes_at, bits)
+    layout = RiverLayout(across, *(int(n) for n in np.cumsum([len(part) for part in parts[:4]])), bits)
     return layout, texels.reshape(-1, width, 4)
 
 
@@ -100,10 +102,19 @@ def _columns(table: RiverTable, across: int, packed: Integers, widest: Integers)
     return np.concatenate([columns, np.zeros((len(columns) % 2, 2), np.int32)]), cells
 
 
+def _blocks(columns: Integers, across: int) -> Integers:
+    """Codes of the widest lines in blocks of columns, south of the equator first, row by row."""
+    side = -(-across // _BLOCK)
+    wide = np.zeros((2, side * _BLOCK, side * _BLOCK), dtype=np.int32)
+    wide[:, :across, :across] = (columns[: 2 * across * across, 1] >> _WIDEST_BIT).reshape(2, across, across)
+    found = wide.reshape(2, side, _BLOCK, side, _BLOCK).max(axis=(2, 4)).ravel()
+    return np.concatenate([found, np.zeros(-len(found) % 4, np.int32)])
+
+
 def _shader() -> str:
     numbers: dict[str, Any] = {
         "TEXTURE_WIDTH": 1 << _WIDTH_BITS, "TEXTURE_BITS": _WIDTH_BITS, "HALF": 512, "WIDEST_BIT": _WIDEST_BIT,
-        "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS),
+        "BLOCK": _BLOCK, "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS),
         "WIDTH_LEAST": float(_WIDTH_LEAST), "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "BANK_SHARE": form.BANK_SHARE, "FLOOR_SLOPE": form.FLOOR_SLOPE,
     }  # fmt: skip
