@@ -6,7 +6,6 @@ parts of it that held them are drawn anew.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -17,7 +16,7 @@ from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
 from ...engine.blocks.layout import Vec2, Vec3, Vec4, array
 from ...engine.gpu import GpuScope
 from ...engine.gpu.growing import GrowingBuffer
-from ...engine.surface.nested import NESTED_BASE_M
+from ...engine.surface.crowns import crown_octave, mean_crown_m
 from .records import TREE_DTYPE, tree_records
 from .stand import Plants
 from .sway import GUSTS, Sway
@@ -111,7 +110,6 @@ class ShadowMap:
 
     def place(self, camera_m: Floats, forest: Forest, sway: Sway, on: bool) -> None:
         """Say where it lies for a camera. on: whether it is to darken anything."""
-        octave = round(math.log2(forest.spacing_m / NESTED_BASE_M))
         self.block.write(
             CoverMapBlock(
                 x=self.axes[0],
@@ -125,8 +123,8 @@ class ShadowMap:
                 south=forest.south,
                 crowns=forest.crowns,
                 tall_m=forest.tall_m,
-                wide_m=NESTED_BASE_M * 2.0**octave * math.sqrt(forest.crowns / math.pi),
-                octave=octave,
+                wide_m=mean_crown_m(forest.crowns, forest.spacing_m),
+                octave=crown_octave(forest.spacing_m),
                 grass=forest.grass,
                 grass_tall=forest.grass_tall,
                 flowers=forest.flowers,

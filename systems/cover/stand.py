@@ -194,14 +194,6 @@ def plants_in(
     return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]
 
 
-def crowns(cover: Cover) -> float:
-    """Area of all crowns of a deep forest of broadleaves over the area of its ground: the mean of what plants_in()
-    makes there."""
-    grown_2 = 0.45**2 + 2.0 * 0.45 * 0.65 * 2.0 / 3.0 + 0.65**2 / 2.0
-    radius_2 = (0.30 * cover.height_m) ** 2 * grown_2
-    return min(cover.density, 1.0) * np.pi * radius_2 / cover.spacing_m**2
-
-
 def _groups(face: Ints, x: Floats, y: Floats, edge_m: float, woods: Floats) -> Floats:
     """Share of the places (x, y), in plots, that have a tree for those that could: whole in deep forest, else in
     groups."""

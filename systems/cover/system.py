@@ -28,6 +28,7 @@ from ...engine.gpu.growing import GrowingBuffer
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO
 from ...engine.settings import revision, with_overrides
 from ...engine.space.camera import CameraStamp
+from ...engine.surface.crowns import crown_share
 from ...engine.system import Setup, System
 from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
@@ -38,7 +39,7 @@ from .records import TREE_DTYPE, Close, in_detail, seen, within
 from .season import AUTUMN, LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .snow import SnowFall
-from .stand import LAYERS, NOTHING, SHRUBS, Plants, crowns
+from .stand import LAYERS, NOTHING, SHRUBS, Plants
 from .sway import STILL, sway_at
 
 __all__ = ["CoverSystem"]
@@ -259,7 +260,7 @@ class CoverSystem(System):
             conifer,
             half(1.0),
             half(-1.0),
-            crowns(cover),
+            crown_share(cover.density, cover.height_m, cover.spacing_m),
             cover.height_m,
             cover.spacing_m,
             cover.grass,

@@ -11,15 +11,12 @@ import numpy as np
 
 from ...components import Cover, DebugView, Ocean, Planet, Terrain
 from ...engine.blocks.bindings import (
-    DRY_BUFFER,
     LAND_WATER_UNIT,
     MATERIAL_BLOCK,
-    NEAR_DRY_BUFFER,
-    NEAR_WET_BUFFER,
     RADIANCE_IMAGE,
+    SORTED_TILES_BUFFER,
     TERRAIN_TABLE_BLOCK,
     TILE_BUFFER,
-    WET_BUFFER,
 )
 from ...engine.frame import Frame, Proxy, View, ViewInfo
 from ...engine.frame.contracts import bind_contracts, contract_reads
@@ -35,6 +32,7 @@ from ...engine.methods import Methods
 from ...engine.real_ground.streamed_colors import StreamedColors
 from ...engine.real_ground.streamed_ground import StreamedGround
 from ...engine.settings import SettingError, Settings, revision, with_overrides
+from ...engine.surface.crowns import CROWNS_FROM, crown_share, mean_crown_m
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
 from ...engine.world import World
@@ -67,7 +65,9 @@ _WAIT_S = 2.0
 _CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")
 """What rivers follow from as well."""
 _TILES = ("gbuffer.tiles_terrain", "gbuffer.tiles_near")
-_WET_LISTS = ("terrain.tiles_dry", "terrain.tiles_wet", "terrain.tiles_near_dry", "terrain.tiles_near_wet")
+_SORTED = "terrain.tiles_sorted"
+_WET, _NEAR, _CROWNS = 1, 2, 4
+"""What a list's number among the eight says of its tiles; as assets/shaders/terrain/wet_lists.glsl has it."""
 _WET_READS = ("gbuffer.tile_depths", "gbuffer.tile_flags")
 _NARROW_RIVERS = "terrain/narrow_rivers.comp"
 _GIVEN_BLADES = 9
@@ -371,18 +371,16 @@ class TerrainSystem(System):
             self._land_water.declare(builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen)
         tiles = _TILES
         if self.sorts_wet():
-            tiles = _WET_LISTS
-            texts = ("dry distant", "wet distant", "dry near", "wet near")
+            tiles = (_SORTED,)
             across, down = tiles_of(view.size)
             builder.add_pass(
                 "terrain.wet",
                 kind="compute",
                 system=name,
-                bind=lambda io: self._bind_wet(io, across, down),
-                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", *_WET_READS, *_TILES),
-                creates=tuple(
-                    BufferSpec(name, 16 + 4 * across * down, help=f"dispatch and tiles of {text} ground")
-                    for name, text in zip(_WET_LISTS, texts, strict=True)
+                bind=lambda io: self._bind_wet(io, of, across, down),
+                reads=("gbuffer.depth", "gbuffer.attributes", "gbuffer.surface", *_WET_READS),
+                creates=(
+                    BufferSpec(_SORTED, 8 * self._stride(across * down), help="dispatches and tiles, in eight lists"),
                 ),
                 only_while=seen,
                 help="tiles of the ground by whether water changes any of it",
@@ -424,11 +422,24 @@ class TerrainSystem(System):
         """Whether rivers and lakes are drawn: with the sea's passes, on ground that knows water."""
         return self._ground.params.waters is not None and self.sorts_wet()
 
-    def _bind_wet(self, io: PassIO, across: int, down: int) -> Callable[[], None]:
+    def _crowns_m(self, settings: Settings, pixel_rad: float) -> tuple[float, float]:
+        """Distances between which crowns of a forest may show: those narrower than a pixel don't."""
+        found = [with_overrides(cover, "cover", settings) for _, (cover,) in self._world.query(Cover)]
+        if not found or not int(self._settings["cover.crowns"]):
+            return 0.0, 0.0
+        widest_m = max(mean_crown_m(crown_share(c.density, c.height_m, c.spacing_m), c.spacing_m) for c in found)
+        across_rad = pixel_rad * (2.0 if self._shade_every() == 4 else 1.0)
+        return CROWNS_FROM * float(self._settings["cover.reach_m"]), widest_m / across_rad
+
+    def _stride(self, tiles: int) -> int:
+        """Bytes of a list of tiles: each may be bound by itself."""
+        align = max(self._gpu.caps.storage_offset_bytes, 4)
+        return -(-(16 + 4 * tiles) // align) * align
+
+    def _bind_wet(self, io: PassIO, view: View, across: int, down: int) -> Callable[[], None]:
         begin, sort = self._shader("terrain/begin_wet.comp"), self._shader("terrain/list_wet.comp")
-        names = (*_TILES, *_WET_LISTS, *_WET_READS)
-        places = (0, 1, DRY_BUFFER, WET_BUFFER, NEAR_DRY_BUFFER, NEAR_WET_BUFFER, 7, 4)
-        buffers = [(place, io.buffer(name)) for place, name in zip(places, names, strict=True)]
+        buffers = [(SORTED_TILES_BUFFER, io.buffer(_SORTED)), *zip((7, 4), map(io.buffer, _WET_READS), strict=True)]
+        words = self._stride(across * down) // 4
         textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items() if name != "gbuffer.normal"]
         barrier = self._gpu.barrier
 
@@ -437,9 +448,12 @@ class TerrainSystem(System):
                 buffer.bind_to_storage_buffer(binding)
             for unit, texture in textures:
                 texture.use(unit)
+            begin.set("u_stride", words)
             begin.run()
             barrier()
+            sort.set("u_stride", words)
             sort.set("u_tiles", (across, down))
+            sort.set("u_crowns_m", self._crowns_m(view.frame.settings, view.frame.pixel_rad))
             sort.run(-(-across * down // 64))
 
         return run
@@ -453,13 +467,14 @@ class TerrainSystem(System):
             step = int(self._settings["terrain.coast_px"])
             every = self._shade_every()
             defines: dict[str, Any] = {"GROUND_BLUR": f"{blur:.4f}", "COAST_STEP": step, "SHADE_EVERY": every}
-            values = {
+            values: dict[str, Any] = {
                 "GROUND_COVER": f"{float(self._settings['cover.reach_m']):.1f}",
+                "COVER_CROWNS": int(self._settings["cover.crowns"]),
                 "RADIANCE_READ": str(self._settings.get("sky.radiance_format", "rgba32f")),
             }
             defines |= {flag: values.get(flag, 1) for flag in flags}
             if "GROUND_COVER" in flags and int(self._settings["cover.crowns"]) > 0:
-                defines["COVER_CROWNS"] = int(self._settings["cover.crowns"])
+                defines["COVER_SHRINKS"] = 1
             if {"GROUND_COVER", "GROUND_CLUTTER"} <= set(flags):
                 # As much of the ground is covered by fewer and wider ones.
                 blades = int(self._settings["cover.blades"])
@@ -476,7 +491,7 @@ class TerrainSystem(System):
         textures = [(unit, io.texture(name)) for name, unit in GBUFFER_UNITS.items()]
         bind_air = bind_contracts(self._world, io)
         backend = self.backend
-        sorts = lists == _WET_LISTS
+        sorts = lists == (_SORTED,)
         # Without a sea all ground is shaded as dry ground beside one: no further programs for it.
         no_water = backend.shades_all and not self._world.query(Ocean)
         rivers = io.texture(LAND_WATER) if self.shows_rivers() else None
@@ -485,15 +500,18 @@ class TerrainSystem(System):
         added = self._shader(_NARROW_RIVERS, "RADIANCE_READ") if rivers is not None and every > 2 else None
         narrow = None if added is None else io.buffer(NARROW_TILES)
         cover = ("GROUND_COVER",) if backend.shades_all and self._world.query(Cover) else ()
-        # Per list of tiles: the shader, and the one for ground so near that things stand on it.
+        crowns = ("COVER_CROWNS",) if cover and int(self._settings["cover.crowns"]) > 0 else ()
+        # Per list of tiles: where it lies, the shader, and the one for ground so near that things stand on it.
         parts = []
-        for name in lists:
-            dry = ("GROUND_DRY",) if no_water or (sorts and not name.endswith("wet")) else ()
+        numbers = range(8 if crowns else 4) if sorts else (_CROWNS, _CROWNS | _NEAR)
+        stride = self._stride(math.prod(tiles_of(io.size))) if sorts else 0
+        for list_number, number in enumerate(numbers):
+            dry = ("GROUND_DRY",) if no_water or (sorts and not number & _WET) else ()
             flags = ("GROUND_RIVERS",) if rivers is not None and not dry else dry
-            near = ("GROUND_CLUTTER",) if backend.shades_all and name in ("gbuffer.tiles_near", *_WET_LISTS[2:]) else ()
-            flags = (*flags, *cover)
-            plain = self._shader(backend.shade_file, *flags)
-            parts.append((io.buffer(name), plain, self._shader(backend.shade_file, *flags, *near)))
+            near = ("GROUND_CLUTTER",) if backend.shades_all and number & _NEAR else ()
+            flags = (*flags, *cover, *(crowns if number & _CROWNS else ()))
+            plain, full = self._shader(backend.shade_file, *flags), self._shader(backend.shade_file, *flags, *near)
+            parts.append((io.buffer(lists[0 if sorts else list_number]), number * stride, plain, full))
 
         all_tiles = [io.buffer(name) for name in _TILES]
         if every > 1:  # kept: graphs are compiled again and again
@@ -510,9 +528,9 @@ class TerrainSystem(System):
             self._bind_octaves(view)
             backend.bind_shading()
             cluttered = self._component.clutter > 0.0
-            for tiles, plain, full in parts:
-                tiles.bind_to_storage_buffer(TILE_BUFFER)
-                (full if cluttered else plain).run_indirect(tiles)
+            for tiles, offset, plain, full in parts:
+                tiles.bind_to_storage_buffer(TILE_BUFFER, offset=offset)
+                (full if cluttered else plain).run_indirect(tiles, offset)
             if between is not None and between.leaves_out(view.frame.checkerboard):
                 between.run(radiance, all_tiles)
             if added is not None and narrow is not None:

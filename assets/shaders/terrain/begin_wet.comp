@@ -1,14 +1,11 @@
-// Empty lists of dry and of wet tiles.
+// Empty lists of sorted tiles.
 #include "terrain/wet_lists.glsl"
 
-layout(local_size_x = 1) in;
+layout(local_size_x = 8) in;
 
 void main() {
-    for (int axis = 0; axis < 3; ++axis) {
-        uint groups = axis == 0 ? 0u : 1u;
-        dry_list.groups[axis] = groups;
-        wet_list.groups[axis] = groups;
-        near_dry_list.groups[axis] = groups;
-        near_wet_list.groups[axis] = groups;
-    }
+    uint first = gl_LocalInvocationIndex * uint(u_stride);
+    sorted[first] = 0u;
+    sorted[first + 1u] = 1u;
+    sorted[first + 2u] = 1u;
 }

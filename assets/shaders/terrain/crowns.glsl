@@ -5,7 +5,6 @@
 #include "common/nested_noise.glsl"
 #include "terrain/lattice_axes.glsl"
 
-const float CROWNS_FROM = 0.62 * float(GROUND_COVER);   // metres
 const float CROWN_SPAN = 0.5;               // of a crown's radius that a pixel spans where they begin to fade
 const vec2 CROWN_LOW = vec2(0.45, 1.40);    // of the sun that a crown gets low among others, and at the top
 const vec2 CROWN_OPEN = vec2(0.5, 1.2);     // and of the sky

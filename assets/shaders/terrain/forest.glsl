@@ -1,5 +1,8 @@
 // What a forest does to the ground's light: shadows of its trees near the camera, its own colour far away.
 #include "cover/snow_share.glsl"
+#ifdef COVER_SHRINKS
+const float CROWNS_FROM = 0.62 * float(GROUND_COVER);   // metres, as engine/surface/crowns.py has it
+#endif
 #ifdef COVER_CROWNS
 #include "terrain/crowns.glsl"
 const vec3 CROWN_TINT = vec3(0.36, 0.24, 0.20);      // of crowns, from one to another
@@ -32,7 +35,7 @@ float snow_on_trees(float warmth, float latitude_sine, float conifer) {
 void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, inout vec2 open) {
     float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER)));
     float left = far < 1.0 ? cover_light(s.point, 0.3) : 1.0;
-#ifdef COVER_CROWNS
+#ifdef COVER_SHRINKS
     // As trees shrink their shadows go.
     left = mix(left, 1.0, clamp((s.distance_m - CROWNS_FROM) * (1.0 / (0.28 * float(GROUND_COVER))), 0.0, 1.0));
 #endif

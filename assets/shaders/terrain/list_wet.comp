@@ -1,6 +1,6 @@
-// Sorts tiles with ground by whether water changes any of it (contract "water", and rivers): the others are shaded
-// without. A lane a tile. Most are settled by the depths between which all of it lies; in the rest each pixel is looked
-// at.
+// Sorts tiles with ground by whether water changes any of it (contract "water", and rivers), and by whether crowns of a
+// forest or things that stand on the ground may show: the others are shaded without. A lane a tile. For water most are
+// settled by the depths between which all of it lies; in the rest each pixel is looked at.
 #include "generated/bindings.glsl"
 #include "common/camera.glsl"
 #include "common/surfaces.glsl"
@@ -12,16 +12,13 @@
 #include "contract/water.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer FarBuffer { uint groups[4]; uint tiles[]; } far_list;
-layout(std430, binding = 1) readonly buffer NearBuffer { uint groups[4]; uint tiles[]; } near_list;
 layout(std430, binding = 7) readonly buffer DepthBuffer { vec2 depths[]; };
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 layout(binding = ATTRIBUTES_UNIT) uniform sampler2D u_attributes;
 layout(binding = SURFACE_UNIT) uniform usampler2D u_surface;
-#ifdef LAND_WATER
 layout(std430, binding = 4) readonly buffer FlagBuffer { uint flags[]; };
-#endif
 uniform ivec2 u_tiles;
+uniform vec2 u_crowns_m;   // distances between which crowns of a forest may show
 
 const float HAIR_M = 0.05;       // more than rounding does to a height
 // pixels narrower than this show no triangle whose chord sinks below the sphere by metres
@@ -57,12 +54,23 @@ float counted_height(ivec2 pixel, vec2 between) {
     return code < between.x ? drawn : code > between.y ? coded : min(drawn, coded);
 }
 
+// Whether crowns may show between two depths of a tile. A point is at least as far away as its depth says.
+bool crowned(ivec2 first, vec2 depth) {
+    vec2 low = ndc_of_pixel(vec2(first)), high = ndc_of_pixel(vec2(first + TILE_PX)), widest = max(abs(low), abs(high));
+    float farthest_m = length(position_from_depth(widest, depth.y));
+    farthest_m = max(farthest_m, length(position_from_depth(vec2(-widest.x, widest.y), depth.y)));
+    farthest_m = max(farthest_m, length(position_from_depth(vec2(widest.x, -widest.y), depth.y)));
+    farthest_m = max(farthest_m, length(position_from_depth(-widest, depth.y)));
+    return forward_distance(depth.x) < u_crowns_m.y && farthest_m > u_crowns_m.x;
+}
+
 void main() {
-    uint lane = spread_group() * 64u + gl_LocalInvocationID.x, distant = far_list.groups[0];
-    bool near = lane >= distant, there = lane < distant + near_list.groups[0];
-    uint tile = there ? near ? near_list.tiles[lane - distant] : far_list.tiles[lane] : 0u;
-    ivec2 at = ivec2(tile & 0xffffu, tile >> 16), first = at * TILE_PX;
-    vec2 depth = max(depths[at.y * u_tiles.x + at.x], 1e-30);
+    uint lane = spread_group() * 64u + gl_LocalInvocationID.x;
+    uint own = lane < uint(u_tiles.x * u_tiles.y) ? flags[lane] : 0u;
+    bool there = (own & (1u << SURFACE_TERRAIN | SURFACE_ASKED)) != 0u, near = (own & SURFACE_NEAR) != 0u;
+    ivec2 at = ivec2(int(lane) % u_tiles.x, int(lane) / u_tiles.x), first = at * TILE_PX;
+    vec2 depth = there ? max(depths[lane], 1e-30) : vec2(1e-30);
+    uint tile = uint(at.x) | uint(at.y) << 16;
     float reach = water_reach() + HAIR_M;
     bool coarse = forward_distance(depth.x) * frame.pixel_rad > COARSE_M;
     int turns = !there || (!coarse && least_height(first, depth) > reach) ? 0 : TILE_PX.x * TILE_PX.y;
@@ -75,10 +83,9 @@ void main() {
         wet = wet || (counted_height(pixel, between) < reach && texel_at(u_surface, pixel).r == SURFACE_TERRAIN);
     }
 #ifdef LAND_WATER
-    wet = wet || (there && (flags[at.y * u_tiles.x + at.x] & SURFACE_WATER_ASHORE) != 0u);
+    wet = wet || (own & SURFACE_WATER_ASHORE) != 0u;
 #endif
-    if (there && !near && !wet) dry_list.tiles[atomicAdd(dry_list.groups[0], 1u)] = tile;
-    if (there && !near && wet) wet_list.tiles[atomicAdd(wet_list.groups[0], 1u)] = tile;
-    if (there && near && !wet) near_dry_list.tiles[atomicAdd(near_dry_list.groups[0], 1u)] = tile;
-    if (there && near && wet) near_wet_list.tiles[atomicAdd(near_wet_list.groups[0], 1u)] = tile;
+    if (!there) return;
+    int list = (wet ? 1 : 0) + (near ? 2 : 0) + (crowned(first, depth) ? 4 : 0), groups = list * u_stride;
+    sorted[groups + 4 + int(atomicAdd(sorted[groups], 1u))] = tile;
 }

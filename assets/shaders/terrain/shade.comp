@@ -4,6 +4,8 @@
 //   GROUND_CLUTTER   ground so near that things that stand on it show
 //   GROUND_DRY       no pixel has water over it, or is wet from it (terrain/list_wet.comp says where)
 //   GROUND_COVER     trees stand on it: the distance up to which they do, metres
+//   COVER_SHRINKS    solid trees shrink where crowns of a forest (terrain/crowns.glsl) take over
+//   COVER_CROWNS     those may show: how many slabs of cells a ray is followed through
 //   GROUND_RIVERS    rivers and lakes: their banks, and water too narrow for a pixel
 #include "common/constants.glsl"
 #include "common/camera.glsl"

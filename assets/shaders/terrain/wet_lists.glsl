@@ -1,6 +1,5 @@
-// Tiles with ground, the distant and the near ones apart: dry ones and those with a pixel that water changes.
+// Tiles with ground in eight lists, each behind its indirect dispatch: number 1 for those with a pixel that water
+// changes, plus 2 for near ones, plus 4 for those in which crowns of a forest may show.
 #include "generated/bindings.glsl"
-layout(std430, binding = DRY_BUFFER) buffer DryBuffer { uint groups[4]; uint tiles[]; } dry_list;
-layout(std430, binding = WET_BUFFER) buffer WetBuffer { uint groups[4]; uint tiles[]; } wet_list;
-layout(std430, binding = NEAR_DRY_BUFFER) buffer NearDryBuffer { uint groups[4]; uint tiles[]; } near_dry_list;
-layout(std430, binding = NEAR_WET_BUFFER) buffer NearWetBuffer { uint groups[4]; uint tiles[]; } near_wet_list;
+layout(std430, binding = SORTED_TILES_BUFFER) buffer SortedBuffer { uint sorted[]; };
+uniform int u_stride;   // words of a list

@@ -64,7 +64,8 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     texels = np.zeros((-(-sum(map(len, parts)) // width) * width, 4), dtype=np.int32)
     whole = np.concatenate(parts)
     texels[: len(whole)] = whole
-    layout = RiverLayout(across, *(int(n) for n in np.cumsum([len(part) for part in parts[:4]])), bits)
+    cells_at, lines_at, nodes_at, blocks_at = (int(n) for n in np.cumsum([len(part) for part in parts[:4]]))
+    layout = RiverLayout(across, cells_at, lines_at, nodes_at, blocks_at, bits)
     return layout, texels.reshape(-1, width, 4)
 
 
