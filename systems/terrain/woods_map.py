@@ -80,11 +80,12 @@ def woods_map(woods: Polygons, radius_m: float) -> WoodsMap:
     return WoodsMap(share, west, north, (across, up))
 
 
-def write_woods(table: NDArray[Any], woods: Polygons, point: Floats) -> None:
-    """The table's part, for an anchor at `point` (3,); nothing around the planet's centre, where nothing is drawn."""
+def write_woods(table: NDArray[Any], woods: Polygons, point: Floats, radius_m: float) -> None:
+    """The table's part, for an anchor at `point` (3,); nothing around the planet's centre, where nothing is drawn.
+    radius_m: of the planet, as `woods_map` is asked elsewhere: the length of `point` is off by rounding."""
     if not point.any():
         return
-    found = woods_map(woods, float(np.linalg.norm(point)))
+    found = woods_map(woods, radius_m)
     latitude_deg, longitude_deg = (float(a[0]) for a in sphere_place(point[:, None]))
     part = table["woods"]
     part["size"] = found.share.shape[::-1]

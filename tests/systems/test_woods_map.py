@@ -12,6 +12,7 @@ from planetfall.engine.real_ground.lattice import directions_at
 from planetfall.engine.real_ground.polygons import Polygons
 from planetfall.systems.terrain.height import TerrainParams
 from planetfall.systems.terrain.height_table import octave_table
+from planetfall.systems.terrain.vector_water.ground import mapped_ground
 from planetfall.systems.terrain.woods_map import woods_map
 
 RADIUS_M = 6.371e6
@@ -76,6 +77,19 @@ def test_on_the_gpu(run_compute, gpu, latitude, longitude):
     for anchor, most in ((at[0], 0.01), (directions_at(latitude - 3.0, longitude), 0.02), (-at[0], 0.1)):
         assert (np.abs(shares_on_gpu(run_compute, scope, found, params, anchor, at) - expected) > 0.5).mean() < most
     scope.release()
+
+
+def test_the_picture_is_made_once(tmp_path):
+    """Whatever the anchors are, and for grounds that differ in something else."""
+    wood = feature(polygon(ring(7.5, 46.5, 0.1, 0.1)), natural="wood")
+    path = write_map(tmp_path / "wood.geojson", wood)
+    first, other = (mapped_ground(TerrainParams(mountains=m), path, 1 << 20, 0.0) for m in (0.4, 0.5))
+    assert first.woods is other.woods
+    woods_map(first.woods, first.radius_m)
+    made = woods_map.cache_info().misses
+    for k in range(20):
+        octave_table(first, directions_at(45.0 + 0.1 * k, 7.0), 0.0)
+    assert woods_map.cache_info().misses == made
 
 
 AROUND = {

@@ -48,10 +48,16 @@ def mapped_ground(params: TerrainParams, path: str, most_bytes: int, rivers: flo
 def _mapped(params: TerrainParams, path: str, _stamp: tuple[str, int, int], most_bytes: int) -> TerrainParams:
     # Not forgotten with tiles: planets of a scene are asked for by turns.
     found = vector_map(path)
-    woods = Polygons(rings for patch in found.forests for rings in patch.polygons) if found.forests else None
+    woods = _woods(found) if found.forests else None
     if not found.watered:
         return replace(params, woods=woods)
     return _watered(replace(params, woods=woods), params, found, most_bytes)
+
+
+@lru_cache(maxsize=2)
+def _woods(found: VectorMap) -> Polygons:
+    """The same ones for all grounds, so that their picture is made once."""
+    return Polygons(rings for patch in found.forests for rings in patch.polygons)
 
 
 def _watered(params: TerrainParams, plain: TerrainParams, found: VectorMap, most_bytes: int) -> TerrainParams:
