@@ -68,7 +68,9 @@ def woods_map(woods: Polygons, radius_m: float) -> WoodsMap:
     per_deg = np.radians(1.0) * radius_m
     flat = np.cos(np.radians(np.clip(0.0, south, north)))
     sides_m = (east - west) * per_deg * flat, (north - south) * per_deg
-    columns, rows = (int(np.clip(np.ceil(side / LEAST_TEXEL_M), 1, MOST_SIDE)) for side in sides_m)
+    # Texels are hardly twice as long as wide: a pixel is.
+    least_m = max(LEAST_TEXEL_M, 0.5 * max(sides_m) / MOST_SIDE)
+    columns, rows = (int(np.clip(np.ceil(side / least_m), 1, MOST_SIDE)) for side in sides_m)
     across, up = (east - west) / columns, (north - south) / rows
     # In samples from the first one's middle.
     column, row = (woods.edges[:, 0::2] - west) / across - 0.5, (north - woods.edges[:, 1::2]) / up - 0.5

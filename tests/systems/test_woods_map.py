@@ -44,9 +44,10 @@ def test_shares_are_those_of_the_polygons(latitude):
     assert np.isin(share, (0, 255)).mean() > 0.95
 
 
-def shares_on_gpu(run_compute, scope, found, params, anchor, at):
+def shares_on_gpu(run_compute, scope, found, params, anchor, at, footprint_m=0.5):
     """(N,) what the shader makes of unit directions (N, 3)."""
-    texture = scope.texture(found.share.shape[::-1], "r8", found.share, filter="linear")
+    size = found.share.shape[::-1]
+    texture = scope.texture(size, "r8", found.share, max(size).bit_length(), filter="trilinear")
     block = scope.buffer(octave_table(params, anchor).tobytes())
     header = "#define TERRAIN_SOURCES_CHOSEN\n#define TERRAIN_WOODED\n#define TERRAIN_PLACE vec3\n"
 
@@ -55,7 +56,7 @@ def shares_on_gpu(run_compute, scope, found, params, anchor, at):
         texture.use(WOODS_UNIT)
 
     d = ((at - anchor) * RADIUS_M).astype(np.float32)
-    return run_compute("share = terrain_wooded(d, 0.5);", {"d": d}, {"share": "float"},
+    return run_compute(f"share = terrain_wooded(d, {footprint_m});", {"d": d}, {"share": "float"},
                        header=f'{header}#include "terrain/woods.glsl"', setup=bind)["share"]  # fmt: skip
 
 
@@ -114,6 +115,21 @@ def test_on_the_gpu_around_the_world(run_compute, gpu, name):
         share = shares_on_gpu(run_compute, scope, found, params, anchor, at)
         assert np.isfinite(share).all()
         assert (np.abs(share - expected) > 0.5).mean() < 2e-3, place
+    scope.release()
+
+
+@pytest.mark.parametrize("long_deg", [0.02, 1.5])
+@pytest.mark.parametrize("turned", [False, True])
+def test_pixels_see_means_in_long_thin_maps_too(run_compute, gpu, long_deg, turned):
+    """Stripes of 35 m by turns, in pixels of 300 m."""
+    edges = 0.02 * np.linspace(-1.0, 1.0, 129)
+    stripes = [(a, -long_deg, b, long_deg) for a, b in zip(edges[:-1:2], edges[1::2], strict=True)]
+    woods = Polygons([square(*((s, w, n, e) if turned else (w, s, e, n))) for w, s, e, n in stripes])
+    found, params = woods_map(woods, RADIUS_M), TerrainParams(woods=woods)
+    scope, rng = gpu.scope("test"), np.random.default_rng(1)
+    at = directions_at(rng.uniform(-0.01, 0.01, 500), rng.uniform(-0.01, 0.01, 500)).T
+    share = shares_on_gpu(run_compute, scope, found, params, directions_at(0.005, 0.0), at, 300.0)
+    assert np.abs(share - 0.5).max() < 0.25
     scope.release()
 
 

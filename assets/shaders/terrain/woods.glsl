@@ -22,7 +22,8 @@ float terrain_wooded(vec3 D, float footprint_m) {
     float turn = 2.0 * REAL_PI / woods.texel_rad.x;
     at.x += at.x < 0.0 ? turn : at.x > size.x ? -turn : 0.0;
     if (any(lessThan(at, vec2(0.0))) || any(greaterThan(at, size))) return 1.0;
-    // By the wider side of a texel: the narrower one shows too little rather than flickers.
-    float texel_m = radius_m * max(woods.texel_rad.x * flat_p / radius_m, woods.texel_rad.y);
-    return textureLod(u_woods, at / size, max(log2(footprint_m / texel_m), 0.0)).r;
+    // By the narrower side: the wider one shows too little rather than the other flickers; but near the poles.
+    vec2 texel_m = vec2(woods.texel_rad.x * flat_p, woods.texel_rad.y * radius_m);
+    float narrow_m = max(min(texel_m.x, texel_m.y), 0.125 * max(texel_m.x, texel_m.y));
+    return textureLod(u_woods, at / size, max(log2(footprint_m / narrow_m), 0.0)).r;
 }
