@@ -10,7 +10,7 @@ import planetfall as pf
 from planetfall.engine.blocks.bindings import WOODS_UNIT
 from planetfall.engine.real_ground.lattice import directions_at
 from planetfall.engine.real_ground.polygons import Polygons
-from planetfall.systems.terrain.height import TerrainParams
+from planetfall.systems.terrain.height import TerrainField, TerrainParams
 from planetfall.systems.terrain.height_table import octave_table
 from planetfall.systems.terrain.vector_water.ground import mapped_ground
 from planetfall.systems.terrain.woods_map import woods_map
@@ -91,6 +91,18 @@ def test_the_picture_is_made_once(tmp_path):
     for k in range(20):
         octave_table(first, directions_at(45.0 + 0.1 * k, 7.0), 0.0)
     assert woods_map.cache_info().misses == made
+
+
+def test_forests_cut_at_the_date_line_are_bounded_there(tmp_path):
+    """As RFC 7946 has them: trees around the rest of the world are none of the map's."""
+    parts = [(179.0, 180.0), (-180.0, -179.2), (178.0, 178.5)]
+    rings = [[(w, -18), (e, -18), (e, -17), (w, -17), (w, -18)] for w, e in parts]
+    path = write_map(tmp_path / "cut.geojson", *(feature(polygon(r), natural="wood") for r in rings))
+    params = mapped_ground(TerrainParams(), path, 1 << 20, 0.0)
+    assert params.woods.bounds == (178.0, -18.0, 180.8, -17.0)
+    longitude = np.array([178.2, 178.7, 179.9, -179.9, -179.3, -179.1, 0.0])
+    at = directions_at(np.full(7, -17.5), longitude).T
+    np.testing.assert_array_equal(TerrainField(params).wooded(at), [True, False, True, True, True, True, True])
 
 
 AROUND = {
