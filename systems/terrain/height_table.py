@@ -251,7 +251,7 @@ def octave_table(
     elif model.params.pictured:
         write_anchor(table, point)
     if model.params.woods is not None:
-        write_woods(table, model.params.woods, point)
+        write_woods(table, model.params.woods, point, model.params.radius_m)
     if model.params.waters is not None:
         _write_rivers(table, model.params.waters, point, height_m)
     if craters:

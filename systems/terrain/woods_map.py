@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 MOST_SIDE = 2048
 LEAST_TEXEL_M = 2.0
 """Finer than that no crown is."""
+_LEAST_DEG = 1e-9
+"""Width and height of a picture, where all forests lie in one line or point."""
 _BAND = 128
 """Rows of texels made at once."""
 
@@ -59,25 +61,33 @@ class WoodsMap:
 def woods_map(woods: Polygons, radius_m: float) -> WoodsMap:
     """The picture of these forests on a planet of that radius."""
     west, south, east, north = woods.bounds
+    turns = [0.0]
+    if east - west > 360.0:  # some go on beyond the date line, all around the world
+        west, east, turns = -180.0, 180.0, [-360.0, 0.0, 360.0]
+    east, north = max(east, west + _LEAST_DEG), max(north, south + _LEAST_DEG)
     per_deg = np.radians(1.0) * radius_m
     flat = np.cos(np.radians(np.clip(0.0, south, north)))
-    wide_m, high_m = (east - west) * per_deg * flat, (north - south) * per_deg
-    columns, rows = (int(np.clip(np.ceil(side / LEAST_TEXEL_M), 1, MOST_SIDE)) for side in (wide_m, high_m))
+    sides_m = (east - west) * per_deg * flat, (north - south) * per_deg
+    # Texels are hardly twice as long as wide: a pixel is.
+    least_m = max(LEAST_TEXEL_M, 0.5 * max(sides_m) / MOST_SIDE)
+    columns, rows = (int(np.clip(np.ceil(side / least_m), 1, MOST_SIDE)) for side in sides_m)
     across, up = (east - west) / columns, (north - south) / rows
     # In samples from the first one's middle.
     column, row = (woods.edges[:, 0::2] - west) / across - 0.5, (north - woods.edges[:, 1::2]) / up - 0.5
     share = np.empty((rows, columns), np.uint8)
     for first in range(0, rows, _BAND):
         count = min(_BAND, rows - first)
-        share[first : first + count] = np.rint(255.0 * woods.shares(column, row - first, count, columns))
+        parts = (woods.shares(column + turn / across, row - first, count, columns) for turn in turns)
+        share[first : first + count] = np.rint(255.0 * np.minimum(sum(parts), 1.0))
     return WoodsMap(share, west, north, (across, up))
 
 
-def write_woods(table: NDArray[Any], woods: Polygons, point: Floats) -> None:
-    """The table's part, for an anchor at `point` (3,); nothing around the planet's centre, where nothing is drawn."""
+def write_woods(table: NDArray[Any], woods: Polygons, point: Floats, radius_m: float) -> None:
+    """The table's part, for an anchor at `point` (3,); nothing around the planet's centre, where nothing is drawn.
+    radius_m: of the planet, as `woods_map` is asked elsewhere: the length of `point` is off by rounding."""
     if not point.any():
         return
-    found = woods_map(woods, float(np.linalg.norm(point)))
+    found = woods_map(woods, radius_m)
     latitude_deg, longitude_deg = (float(a[0]) for a in sphere_place(point[:, None]))
     part = table["woods"]
     part["size"] = found.share.shape[::-1]

@@ -48,10 +48,25 @@ def mapped_ground(params: TerrainParams, path: str, most_bytes: int, rivers: flo
 def _mapped(params: TerrainParams, path: str, _stamp: tuple[str, int, int], most_bytes: int) -> TerrainParams:
     # Not forgotten with tiles: planets of a scene are asked for by turns.
     found = vector_map(path)
-    woods = Polygons(rings for patch in found.forests for rings in patch.polygons) if found.forests else None
+    woods = _woods(found) if found.forests else None
     if not found.watered:
         return replace(params, woods=woods)
     return _watered(replace(params, woods=woods), params, found, most_bytes)
+
+
+@lru_cache(maxsize=2)
+def _woods(found: VectorMap) -> Polygons:
+    """The same ones for all grounds, so that their picture is made once. On whichever turns around the world their
+    bounds are narrowest: the RFC has files cut at the date line."""
+    forests = [rings for patch in found.forests for rings in patch.polygons]
+    forests.sort(key=lambda rings: float(rings[0][:, 0].min()))
+    west, east = (np.array([f(rings[0][:, 0]) for rings in forests]) for f in (np.min, np.max))
+    east = np.maximum.accumulate(east)
+    gaps = np.append(west[1:] - east[:-1], west[0] + 360.0 - east[-1])
+    # Those west of the widest gap come after the others.
+    turned = int(np.argmax(gaps)) + 1 if gaps.max() > gaps[-1] else 0
+    later = [tuple(ring + np.array([360.0, 0.0]) for ring in rings) for rings in forests[:turned]]
+    return Polygons([*forests[turned:], *later])
 
 
 def _watered(params: TerrainParams, plain: TerrainParams, found: VectorMap, most_bytes: int) -> TerrainParams:
