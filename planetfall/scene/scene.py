@@ -345,8 +345,8 @@ class Companions(Mapping[str, Companion]):
         self._kept: list[Scene] = []
 
     def add(self, planet: Scene | str | os.PathLike[str], orbit: Orbit | None = None, name: str = "") -> Companion:
-        """One more planet: a scene, or what `load_scene` takes. orbit: None is the Moon's distance. name: None is the
-        scene's.
+        """One more planet: a scene, or what `load_scene` takes. orbit: None is the Moon's distance. name: of the planet
+        from then on; left out, the scene's.
 
         Raises SceneError, and adds nothing, for a name that is taken, a scene that is in use already or has companions
         itself, an orbit through another planet; UnknownNameError and PresetError as load_scene.
@@ -365,6 +365,7 @@ class Companions(Mapping[str, Companion]):
     def join(self, companion: Companion) -> None:
         """Take in a companion, or one that was removed before, unchecked: `Scene.validate` says what doesn't fit."""
         self._found[companion.name] = companion
+        companion.scene.planet.name = companion.name
         companion.scene.accompanies = self._scene
         self._planets[companion.name] = companion.scene.planet
         self.share_environment()

@@ -61,6 +61,20 @@ def towards(scene: pf.Scene, fov_y_deg: float, from_m: float = 1e7, **also: obje
     return pf.Camera(ahead * from_m, ahead, (0.0, 0.0, 1.0), fov_y_deg, ev100=EXPOSURE, **also)
 
 
+@pytest.mark.parametrize("base", ["moon", "earth"])
+def test_companions_have_names_of_their_own(base):
+    """Another name than the preset's, which may be that of the scene's own planet."""
+    with pf.load_scene("earth") as scene:
+        scene.planet[pf.Terrain].rivers = 0.0
+        companion = scene.companions.add(base, pf.Orbit(distance_m=3.844e8), name="two")
+        assert companion.scene.planet.name == "two" and list(scene.planets) == ["earth", "two"]
+        sun = pf.Sun(elevation_deg=30.0, latitude_deg=8.0, longitude_deg=-75.0)
+        camera = pf.Camera.at(8.0, -75.0, 6000.0, pitch_deg=-90.0, above="ground", planet="two")
+        with pf.Renderer(scene, (16, 9), "low") as renderer:
+            renderer.snapshot(camera, sun=sun)
+            assert renderer.main == "two"
+
+
 # -- what can be wrong ------------------------------------------------------------------------------------------------
 
 

@@ -28,6 +28,14 @@ float snow_on_trees(float warmth, float latitude_sine, float conifer) {
     return share * (0.65 + 0.35 * share) * mix(SNOW_TWIGS, 1.0, conifer);
 }
 
+// Share of places that have a tree, in forest or savanna.
+float trees_grown(Ground ground, Material material) {
+    float savanna = ramp(SAVANNA_HUMID.x, SAVANNA_HUMID.y, ground.mean_humidity)
+        * ramp(SAVANNA_HUMID.z, SAVANNA_HUMID.w, ground.mean_humidity)
+        * ramp(SAVANNA_WARM.x, SAVANNA_WARM.y, ground.mean_warmth);
+    return max(material.growth.trees, cover_map.savanna * savanna * material.growth.tufts);
+}
+
 // The shadows of trees; and beyond them a forest's own colour: crowns that stand by chance, so that the share of a view
 // or of the sun's light that comes between them falls with e^-(their area across it), and what a view and the sun both
 // reach is the law of Lommel and Seeliger. The constants are fitted to pictures of trees as solids
@@ -46,10 +54,7 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
         ramp(SEASONAL.x, SEASONAL.y, abs(s.zenith.z)));
-    float savanna = ramp(SAVANNA_HUMID.x, SAVANNA_HUMID.y, ground.mean_humidity)
-        * ramp(SAVANNA_HUMID.z, SAVANNA_HUMID.w, ground.mean_humidity)
-        * ramp(SAVANNA_WARM.x, SAVANNA_WARM.y, ground.mean_warmth);
-    float trees = max(material.growth.trees, cover_map.savanna * savanna * material.growth.tufts);
+    float trees = trees_grown(ground, material);
     float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * trees
         * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);

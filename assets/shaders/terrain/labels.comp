@@ -13,7 +13,7 @@ float woods(Spot s, Ground ground, inout Material material) {
     float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
         ramp(SEASONAL.x, SEASONAL.y, abs(s.zenith.z)));
-    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * material.growth.trees
+    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * trees_grown(ground, material)
         * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), rise = clamp(dot(s.view, s.zenith), 0.1, 1.0);
     float seen = 1.0 - exp(-area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0)));
