@@ -8,7 +8,7 @@ from pathlib import Path
 from ..components import Terrain
 from ..engine.real_ground.tile_index import is_tiles
 from ..errors import SceneError
-from ..scene.file import SUFFIX
+from ..scene.kinds import SUFFIX
 from ..scene.saving import left_out
 from ..scene.scene import Scene, load_scene
 

@@ -12,9 +12,9 @@ from ..components import Orbit
 from ..engine.settings import PresetError, build_components, did_you_mean, read_toml, rules_of
 from ..engine.user_paths import place_of
 from ..errors import UnknownNameError
-from .kinds import KINDS, PLANET_KINDS, PRESETS, PROP_KINDS
+from .kinds import KINDS, PLANET_KINDS, PRESETS, PROP_KINDS, SUFFIX
 
-__all__ = ["FORMAT", "SUFFIX", "Description", "describe", "described_companions", "planets", "scenes"]
+__all__ = ["FORMAT", "Description", "describe", "described_companions", "planets", "scenes"]
 
 # Top-level keys beside the tables: how it is called, what it is, the preset or file it changes, and the preset whose
 # named views apply to it.
@@ -22,8 +22,6 @@ _KEYS = ("name", "about", "base", "like")
 _FORMAT = "format"
 FORMAT = 1
 """Of the files that are written; files without are of format 0."""
-SUFFIX = ".planetfall"
-"""Of scenes that are shared as one file."""
 _COMPANIONS = "companions"  # [[companions]]: further planets; a file's own replace its base's
 _PROPS = "props"  # [[props]]: objects, each with a name and tables of its components; a file's own replace its base's
 _ALSO = (*_KEYS, _FORMAT, _PROPS, _COMPANIONS)

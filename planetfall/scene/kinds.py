@@ -32,6 +32,7 @@ __all__ = [
     "PRESETS",
     "PROP_KINDS",
     "SCENE_KINDS",
+    "SUFFIX",
     "Place",
     "add_kind",
     "refuse_elsewhere",
@@ -41,6 +42,8 @@ __all__ = [
 Place = Literal["planet", "scene", "prop"]
 """What a component is part of: a planet, the scene itself, or an object of a game's."""
 
+SUFFIX = ".planetfall"
+"""Of scenes that are shared as one file."""
 PRESETS = ASSETS / "presets"
 
 PLANET_KINDS: dict[str, type] = {

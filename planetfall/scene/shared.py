@@ -16,8 +16,7 @@ import platformdirs
 
 from ..engine.settings import PresetError, read_toml, rules_of, write_toml
 from ..engine.user_paths import place_of
-from .file import SUFFIX
-from .kinds import KINDS
+from .kinds import KINDS, SUFFIX
 
 __all__ = ["count_from", "opened", "pack"]
 
