@@ -82,6 +82,15 @@ void real_rows(ivec2 at, out vec4 first, out vec4 second) {
     second = vec4(west.xy, east.xy);
 }
 
+// Four rows of them, over the sample `center`.
+mat4 real_around(ivec2 at, out float center) {
+    vec4 r0, r1, r2, r3;
+    real_rows(at, r0, r1);
+    real_rows(at + ivec2(0, 2), r2, r3);
+    center = r1.y;
+    return mat4(r0 - center, r1 - center, r2 - center, r3 - center);
+}
+
 ivec2 real_slot(int slot) {
     int bits = terrain_table.real.width_bits - REAL_SLOT_BITS;
     return ivec2(slot & ((1 << bits) - 1), slot >> bits) << REAL_SLOT_BITS;
@@ -89,11 +98,7 @@ ivec2 real_slot(int slot) {
 
 // The limited cubic at f, over the sample `center`; by: its derivatives by column and row.
 float real_cubic(ivec2 at, vec2 f, out float center, out vec2 by) {
-    vec4 r0, r1, r2, r3;
-    real_rows(at, r0, r1);
-    real_rows(at + ivec2(0, 2), r2, r3);
-    center = r1.y;
-    mat4 taps = transpose(mat4(r0 - center, r1 - center, r2 - center, r3 - center));
+    mat4 taps = transpose(real_around(at, center));
     vec4 slope, row = taps[1] + limited_cubic(taps[0], taps[1], taps[2], taps[3], f.x, slope);
     float over = limited_cubic(row, slope, f.y, by.y, by.x);
     return row.y + over;
@@ -109,11 +114,8 @@ vec4 real_spline(float f, out vec4 slope) {
 // The B-spline through weights.
 float real_weight(ivec2 at, vec2 f, out vec2 by) {
     vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy);
-    vec4 r0, r1, r2, r3;
-    real_rows(at, r0, r1);
-    real_rows(at + ivec2(0, 2), r2, r3);
-    float center = r1.y;
-    mat4 rows = mat4(r0 - center, r1 - center, r2 - center, r3 - center);
+    float center;
+    mat4 rows = real_around(at, center);
     vec4 sums = wx * rows, slopes = dx * rows;
     by = vec2(dot(wy, slopes), dot(dy, sums));
     float weight = clamp(center + dot(wy, sums), 0.0, 1.0);
@@ -154,11 +156,8 @@ void real_falls(ivec2 at, vec2 f, out vec2 by, out vec3 second) {
     vec4 dx, dy, wx = real_spline(f.x, dx), wy = real_spline(f.y, dy);
     vec4 ddx = vec4(1.0 - f.x, 3.0 * f.x - 2.0, 1.0 - 3.0 * f.x, f.x);
     vec4 ddy = vec4(1.0 - f.y, 3.0 * f.y - 2.0, 1.0 - 3.0 * f.y, f.y);
-    vec4 r0, r1, r2, r3;
-    real_rows(at, r0, r1);
-    real_rows(at + ivec2(0, 2), r2, r3);
-    float center = r1.y;
-    mat4 rows = mat4(r0 - center, r1 - center, r2 - center, r3 - center);
+    float center;
+    mat4 rows = real_around(at, center);
     vec4 sums = wx * rows, slopes = dx * rows;
     by = vec2(dot(wy, slopes), dot(dy, sums));
     second = vec3(dot(wy, ddx * rows), dot(dy, slopes), dot(ddy, sums));
