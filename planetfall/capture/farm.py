@@ -48,9 +48,13 @@ class Farm:
         except ImportError as error:
             told = f'scheduler: {error}; Dask distributed is an extra: pip install "planetfall[farm]"'
             raise SettingError(told) from error
+        # Held here, so that one that never connected can be told so: else the garbage collector closes it, wherever it
+        # runs, and within the start of another client's thread each of the two waits for ever for the other's lock.
+        self._client = Client.__new__(Client)
         try:
-            self._client = Client(str(address), timeout=CONNECT_S, set_as_default=False, name="planetfall")
+            self._client.__init__(str(address), timeout=CONNECT_S, set_as_default=False, name="planetfall")
         except (OSError, ValueError, TypeError) as error:
+            self._client.status = "closed"
             raise SettingError(
                 f"scheduler: expected the address of a running Dask scheduler such as tcp://10.0.0.5:8786, found "
                 f"{address!r}: {error}; start one with `dask scheduler` and workers with `dask worker {address}`"

@@ -365,7 +365,9 @@ class Companions(Mapping[str, Companion]):
     def join(self, companion: Companion) -> None:
         """Take in a companion, or one that was removed before, unchecked: `Scene.validate` says what doesn't fit."""
         self._found[companion.name] = companion
-        companion.scene.planet.name = companion.name
+        own, planet = companion.scene.companions._planets, companion.scene.planet
+        own[companion.name] = own.pop(planet.name)
+        planet.name = companion.name
         companion.scene.accompanies = self._scene
         self._planets[companion.name] = companion.scene.planet
         self.share_environment()

@@ -68,6 +68,8 @@ def test_companions_have_names_of_their_own(base):
         scene.planet[pf.Terrain].rivers = 0.0
         companion = scene.companions.add(base, pf.Orbit(distance_m=3.844e8), name="two")
         assert companion.scene.planet.name == "two" and list(scene.planets) == ["earth", "two"]
+        assert list(companion.scene.planets) == ["two"]
+        companion.scene.add(pf.Transform((0.0, 0.0, 0.0), planet="two"))
         sun = pf.Sun(elevation_deg=30.0, latitude_deg=8.0, longitude_deg=-75.0)
         camera = pf.Camera.at(8.0, -75.0, 6000.0, pitch_deg=-90.0, above="ground", planet="two")
         with pf.Renderer(scene, (16, 9), "low") as renderer:
