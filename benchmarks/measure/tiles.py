@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["hgt_heights", "write_empty", "write_tiles"]
+__all__ = ["hgt_heights", "write_empty", "write_repeated", "write_tiles"]
 
 
 def hgt_heights(south: int, west: int, side: int) -> NDArray[np.int16]:
@@ -27,6 +28,25 @@ def write_tiles(folder: Path, south: int, west: int, rows: int, columns: int, si
         for i in range(columns):
             heights = hgt_heights(south + j, west + i, side)
             heights.astype(">i2").tofile(folder / f"N{south + j:02d}E{west + i:03d}.hgt")
+
+
+def write_repeated(folder: Path, south: int, west: int, rows: int, columns: int) -> None:
+    """rows x columns tiles of one degree and 1 arc second that are one file under many names: what it has at one border
+    goes on at the other."""
+    folder.mkdir(parents=True, exist_ok=True)
+    at = 2.0 * np.pi * np.arange(3600) / 3600.0
+    x, y = np.meshgrid(at, at)
+    heights = 1200.0 + 400.0 * np.sin(3.0 * x + np.sin(2.0 * y)) * np.cos(4.0 * y) + 90.0 * np.sin(31.0 * x - 17.0 * y)
+    heights += 25.0 * np.sin(140.0 * y + 60.0 * x) + np.random.default_rng(0).normal(0.0, 1.5, heights.shape)
+    first: Path | None = None
+    for j in range(rows):
+        for i in range(columns):
+            path = folder / f"N{south + j:02d}E{west + i:03d}.hgt"
+            if first is None:
+                np.rint(np.pad(heights, ((0, 1), (0, 1)), mode="wrap")).astype(">i2").tofile(path)
+                first = path
+            else:
+                os.link(first, path)
 
 
 def write_empty(folder: Path, count: int) -> None:

@@ -29,10 +29,12 @@ from ...engine.real_ground.tile_index import open_tiles
 from ...engine.wavelengths import DISPLAY_NM
 from ...systems.terrain.height import TerrainParams, height
 from ...systems.terrain.real_colors import color_layout
+from ..child import answer_of
 from ..measure import descent
 from ..measure.frames import RUN_UP, turning
 from ..measure.pictures import first_tile, processor_times, write_pictures
-from ..measure.tiles import hgt_heights, write_empty, write_tiles
+from ..measure.tile_flight import along
+from ..measure.tiles import hgt_heights, write_empty, write_repeated, write_tiles
 from ..session import Bench, Session
 from ..target import at_most
 from ..timing import time_variants
@@ -43,7 +45,7 @@ _FEW_BYTES = 32_000_000
 """Of which most levels of one or two tiles of 1 arc second stream."""
 _ZOOM, _FEW_PIXELS = 15, 12_000_000
 """Pixels of 3.3 m; a fraction of what the tiles take."""
-_SPEED_M_S, _ABOVE_M = 300.0, 100.0
+_COUNTRY, _COUNTRY_MB = "planetfall.benchmarks.measure.tile_flight", 48
 
 
 @contextmanager
@@ -179,7 +181,7 @@ def maps_flight(session: Session) -> None:
             scene = load_scene("earth")
             ground = scene.planet[Terrain]
             ground.rivers, ground.height_map_most_mb, ground.height_map = 0.0, most_mb, str(folder)
-            flight = _along(scene, frames, frame_s)
+            flight = along(scene, _SOUTH + 0.5, _WEST + 0.2, frames, frame_s)
             with session.renderer(scene, size, "medium") as renderer:
                 flown = descent.fly_timed(renderer, flight)
             clock, used = (descent.percentiles(flown, frame_s, cpu) for cpu in (False, True))
@@ -264,7 +266,7 @@ def _picture_flight(session: Session, folder: Path, colors: StreamedColors) -> N
     size, frames, frame_s = (320, 180), session.runs(300, 60), 1.0 / 30.0
     for name, most_mb in (("streamed", 1e-6 * _FEW_PIXELS), ("in memory", 256.0), ("bare", 0.0)):
         scene = _pictured(folder, most_mb)
-        flight = _along(scene, frames, frame_s)
+        flight = along(scene, _SOUTH + 0.5, _WEST + 0.2, frames, frame_s)
         with session.renderer(scene, size, "medium") as renderer:
             flown = descent.fly_timed(renderer, flight)[1:]
         clock, used = (descent.percentiles(flown, frame_s, cpu) for cpu in (False, True))
@@ -284,20 +286,34 @@ def _texels(colors: StreamedColors) -> int:
     return layout.rows << layout.width_bits
 
 
-def _along(scene: Scene, frames: int, frame_s: float) -> descent.Flight:
-    """To the east through the middle of the tiles."""
-    step_deg = np.degrees(_SPEED_M_S * frame_s / scene.planet.radius_m) / np.cos(np.radians(_SOUTH + 0.5))
-    longitude = _WEST + 0.2 + step_deg * np.arange(frames)
-    at = np.array([direction(_SOUTH + 0.5, each) for each in longitude])
-    # As smooth as a pilot flies: the mean over a kilometre.
-    ground_m = scene.planet.ground_height_m(at)
-    over = np.ones(101) / 101.0
-    above_m = np.convolve(np.pad(ground_m, 50, mode="edge"), over, mode="valid") + _ABOVE_M
-    cameras = tuple(
-        Camera.at(_SOUTH + 0.5, east, max(up, low + 0.3 * _ABOVE_M), heading_deg=90.0, pitch_deg=-10.0)
-        for east, up, low in zip(longitude.tolist(), above_m.tolist(), ground_m.tolist(), strict=True)
-    )
-    return descent.Flight(cameras, frame_s, None, above_m)
+def maps_country(session: Session) -> None:
+    """Tiles of 1 arc second, 10 GB of them, in 48 MB: how long reading them once takes, and the flight of maps.flight
+    over them and without tiles, each in a process of its own: how even frames are, and the most memory it ever had. The
+    second run of each counts: its shaders are kept."""
+    across, frames = session.runs(20, 2), session.runs(300, 60)
+    with _folder() as folder:
+        write_repeated(folder, _SOUTH - across // 2, _WEST - min(across // 2, 3), across, across)
+        tiles = len(list(folder.iterdir()))
+        start = time.perf_counter()
+        prepared = answer_of("-m", _COUNTRY, str(folder), str(_COUNTRY_MB), "0", timeout_s=3600.0)
+        session.row(
+            f"{tiles} tiles made ready", error=time.perf_counter() - start, error_unit="s",
+            of_cpu=prepared["cpu_s"], peak_mib=prepared["peak_bytes"] / 2**20,
+        )  # fmt: skip
+        peak = {}
+        for name, there in (("bare", ""), ("streamed", str(folder))):
+            for _ in range(2):
+                found = answer_of("-m", _COUNTRY, there, str(_COUNTRY_MB), str(frames), timeout_s=3600.0)
+            peak[name] = found["peak_bytes"] / 2**20
+            session.row(
+                f"{name}: worst frame over the median", size=tuple(found["size"]), error=found["worst_of_cpu"],
+                target=at_most(2.0, ""), p99=found["p99_of_cpu"], p50_cpu_ms=found["p50_cpu_ms"],
+                first_frame_s=found["first_frame_s"], peak_mib=peak[name], frames=frames,
+            )  # fmt: skip
+        session.row(
+            "memory that tiles add", error=peak["streamed"] - peak["bare"], error_unit="MiB",
+            target=at_most(2.0 * _COUNTRY_MB * 1e6 / 2**20, "MiB"), of_gb=tiles * 2.0 * 3601**2 / 1e9,
+        )  # fmt: skip
 
 
 BENCHES: Mapping[str, Bench] = {
@@ -308,4 +324,5 @@ BENCHES: Mapping[str, Bench] = {
     "pages": maps_pages,
     "flight": maps_flight,
     "pictures": maps_pictures,
+    "country": maps_country,
 }
