@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ SOLID = 0.8
 """Opacity of what is not a rim."""
 PLACES = ("rims", "sunlit", "between", "shade")
 """Rims hide less than SOLID of what is behind; of the rest each is a third: brightest, between, darkest traced."""
+OPACITIES = (0.05, 0.3, 0.6, 0.9, 1.01)
 _LEAST = 1e-3
 """Of the median light: what is drawn darker counts as that dark."""
 
@@ -26,7 +28,8 @@ _LEAST = 1e-3
 class Score:
     """median, p95: of |log2(drawn / traced)| over pixels with cloud; places: signed medians and shares of the pixels by
     place; contrast: of the drawn window over that of the traced one; noise: median standard error of log2 in the
-    truth."""
+    truth; light: of all these pixels, drawn over traced; opacity: of the window, drawn less traced; by_opacity: light
+    for each unit of opacity, drawn over traced, of pixels in each of OPACITIES."""
 
     median: float
     p95: float
@@ -34,6 +37,9 @@ class Score:
     shares: dict[str, float]
     contrast: float
     noise: float
+    light: float
+    opacity: float
+    by_opacity: dict[str, float]
 
 
 def score_of(truth: Truth, drawn: Floats) -> Score:
@@ -49,7 +55,18 @@ def score_of(truth: Truth, drawn: Floats) -> Score:
         {name: float(at.sum() / judged.sum()) for name, at in places.items()},
         contrast(drawn[..., 0], judged) / contrast(truth.radiance, judged, truth.error),
         float(np.median((truth.error / np.maximum(truth.radiance, floor))[judged])) / np.log(2.0),
+        float(drawn[..., 0][judged].sum() / truth.radiance[judged].sum()),
+        float(drawn[..., 1].mean() - truth.opacity.mean()),
+        {f"opacity_{low:g}": _per_opacity(truth, drawn, low, high) for low, high in pairwise(OPACITIES)},
     )
+
+
+def _per_opacity(truth: Truth, drawn: Floats, low: float, high: float) -> float:
+    at = truth.judged & (truth.opacity >= low) & (truth.opacity < high)
+    if at.mean() < 0.01:
+        return float("nan")
+    shown = drawn[at].sum(axis=0)
+    return float(shown[0] / max(shown[1], 1e-9) / (truth.radiance[at].sum() / truth.opacity[at].sum()))
 
 
 def _places(truth: Truth) -> dict[str, NDArray[np.bool_]]:

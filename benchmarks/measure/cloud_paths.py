@@ -69,7 +69,7 @@ SHOTS: Mapping[str, Shot] = {
     "fair": Shot("fair", 300, 75),
     "cloud_sea": Shot("cloud_sea", 225, 220),
     "clouds": Shot("clouds", 340, 200),
-    "high": Shot("high", 400, 230),
+    "high": Shot("high", 270, 140),
     "overcast": Shot("overcast", 200, 50),
     "day_edge": Shot("day_edge", 190, 190),
     "orbit": Shot("orbit", 230, 250),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 from typing import Any
 
+import numpy as np
+
 from ...systems.capture import write_png
 from ..measure import cloud_path_scores as scores
 from ..measure import cloud_paths as measure
@@ -63,6 +65,11 @@ def pathtraced(session: Session) -> None:
             session.row(
                 quality, name, size, error=found.p95, error_unit="log2 p95",
                 target=None if times is None else at_most(times * P95),
+            )  # fmt: skip
+            by_opacity: dict[str, Any] = {at: v for at, v in found.by_opacity.items() if np.isfinite(v)}
+            session.row(
+                quality, name, size, error=found.light, error_unit="of the traced light", opacity=found.opacity,
+                **by_opacity,
             )  # fmt: skip
             within = None if times is None else Target(1.0 - times * CONTRAST, 1.0 + times * CONTRAST)
             session.row(quality, name, size, error=found.contrast, error_unit="of the traced contrast", target=within)

@@ -25,9 +25,6 @@ _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
 """Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
 _TRAILS = 600.0
 """Widest period of the map of cirrus' trails, in thicknesses of the first layer: 1500 km for 2.5 km."""
-_CLUMP = 0.3
-"""Way through one cloud, in thicknesses of its layer: with it eight regions seen from above with pixels of 30 km are as
-opaque on the mean as with pixels of 375 m (0.49 and 0.51), and so at thrice the extinction (0.59 and 0.59)."""
 _TILT = np.array([[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]]) / 3.0
 """A rotation about (1, 1, 1)."""
 
@@ -139,7 +136,7 @@ def write_noise(
     block.broad, block.wide, block.fine, block.finest, block.north, block.south, block.bend = (
         CloudVolume(row[:3], row[3]) for row in rows
     )
-    block.clump_m, block.fibre_levels = _CLUMP * thickness_m, math.log2(fibre_texels)
+    block.thickness_m, block.fibre_levels = thickness_m, math.log2(fibre_texels)
     block.broad_level = math.log2(shape_texels / period)
     block.wide_level = math.log2(cell_texels / (period * _WIDE))
     block.fine_level = math.log2(rim_texels / (period * _FINE))

@@ -123,7 +123,7 @@ class CloudViewBlock:
     north: Annotated[CloudVolume, "the map of cirrus' trails on the northern half, in the frame turn: x and y"]
     south: Annotated[CloudVolume, "the same on the southern half"]
     bend: Annotated[CloudVolume, "in radii, frame turn: from the planet's centre"]
-    clump_m: Annotated[float, "way through one of the clouds that are too small to be told apart"]
+    thickness_m: Annotated[float, "of the first layer"]
     broad_level: Annotated[float, "mip level for a footprint of 1 m"]
     wide_level: float
     fine_level: float

@@ -32,7 +32,7 @@ void march_cirrus(inout March m, LayerRay r) {
         // Of the sheet itself half is above its middle.
         float sun_depth = 0.5 * column / light.mu_s
             + sun_depth_above(r.layer, point, altitude_of(point), light.up, pixel_m);
-        CloudRun run = CloudRun(r.shell.extinction_per_m * density * through_m, t, 0.0, through_m, through_m);
+        CloudRun run = CloudRun(r.shell.extinction_per_m * density * through_m, t, 0.0, through_m, through_m, 0.0);
         run.depth_before = 0.5 * run.depth;
         CloudAround around = CloudAround(sun_depth, 0.5 * column);
         if (density > LEAST_DENSITY && run.depth > 0.0) add_run(m, r, s, light, run, around);

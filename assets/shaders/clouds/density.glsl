@@ -33,6 +33,8 @@ const float CLOUD_EDGE = 0.07;        // of noise above the threshold until the 
 const float CLOUD_SCARCE = 0.12;      // cover below which the threshold rises out of reach
 // mean filled share of a cloud's height: bases, tops and places between are thin
 const float CLOUD_MEAN_FILL = 0.4;
+const float CLOUD_OWN_FILL = 0.85;    // the same of a cloud up to its own top
+const float CLOUD_CLUMP = 0.5;        // way through a cloud that is too small to be told apart, of its height
 // sqrt(0.5) - 0.5 of two volumes whose weights are a unit vector, and twice the rims' weights
 const float CLOUD_MOST_NOISE = 0.54;
 
@@ -42,9 +44,9 @@ const float CLOUD_LEAST = 1e-4;               // cover below which no noise make
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
 // of the cells' volume in the noise, of the clouds', and the sum of their squares
 const float CLOUD_CLUSTERS = 0.6, CLOUD_CELLS = 0.47, CLOUD_BOTH = 0.5809;
-// Streets of the trades. Of noise at most; from street to street on the mean, in clumps: 2.3 thicknesses of the first
-// layer; of the cells' noise, how much they replace.
-const float CLOUD_STREETS = 0.28, CLOUD_STREET_M = 7.7, CLOUD_STREET_CELLS = 0.6;
+// Streets of the trades. Of noise at most; from street to street on the mean, in thicknesses of the first layer; of the
+// cells' noise, how much they replace.
+const float CLOUD_STREETS = 0.28, CLOUD_STREET_WIDE = 2.31, CLOUD_STREET_CELLS = 0.6;
 // of CLOUD_STREETS: their mean, which is taken off, and the variance about it
 const float CLOUD_STREET_MEAN = 0.587, CLOUD_STREET_VARIANCE = 0.234;
 const float CLOUD_STREET_MOST = 1.5;   // of CLOUD_STREETS: no street is higher
@@ -119,8 +121,9 @@ float cloud_column(int layer, CloudWeather weather, float density) {
 }
 
 // Thinner because it is in clumps that hide one another: as a binary mixture of cloud and clear air (Pomraning 1991).
-float cloud_clumped(float share, float hidden, float extinction, float finer) {
-    return share / (1.0 + hidden * (1.0 - share) * extinction * cloud_view.clump_m / finer);
+// depth: optical, through one of them.
+float cloud_clumped(float share, float hidden, float depth) {
+    return share / (1.0 + hidden * (1.0 - share) * depth);
 }
 
 // What the two wide volumes say of a place, before its rims.
@@ -132,6 +135,7 @@ struct CloudNoise {
     float thickness;         // more of that, where the wide volume is above the threshold
     float cover;             // at that height
     float streets;           // how high they are, of noise
+    float top;               // share of the layer's height up to which cloud reaches there, on the mean
     vec3 turned, tilted;     // metres, in the frames of the volumes
 };
 
@@ -205,7 +209,8 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather,
     // Convection over sea: closed cells with thin seams under sheets, where clouds tower open ones, whose rims are
     // cloud; in the trades streets, or cells that are no open ones. Streets fade before a footprint has half of one.
     float open = cloud_open(w), trades = clamp(2.5 - 5.0 * abs(p.from_middle.z), 0.0, 1.0),
-        turned_out = 1.0 - 2.0 * open * (1.0 - trades), street_m = CLOUD_STREET_M * cloud_view.clump_m / shell.finer,
+        turned_out = 1.0 - 2.0 * open * (1.0 - trades),
+        street_m = CLOUD_STREET_WIDE * cloud_view.thickness_m / shell.finer,
         shown = clamp(1.5 - 3.0 * footprint_m / street_m, 0.0, 1.0);
     float shallow = 1.0 - cloud_solid(w);
     float most = clamp(w.cover * shell.cover_scale, 0.0, 1.0) * (1.0 - CLOUD_SEAMS * shallow),
@@ -228,8 +233,24 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather,
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREET_MOST * amplitude) * scarce * scarce;
+    // At the base, of the clouds among what is hidden: a cloud's top is where its noise meets the threshold.
+    float at_base = excess + most - cover, spread = sqrt(variance),
+        above = at_base > spread ? at_base : max(0.5 * (at_base + spread), 0.2 * spread);
+    float top = cloud_tallness(shell, w) * clamp(1.0 - (1.0 - above / max(most, CLOUD_LEAST)) / shell.steep, 0.0, 1.0);
     return CloudNoise(excess, variance, hidden, cloud_interior(shell, w), wide - 0.5 + most, cover,
-        amplitude, p.turned, p.tilted);
+        amplitude, top, p.turned, p.tilted);
+}
+
+// How dense clouds are inside: sheets that close the sky are of thick and thin places all the same.
+float cloud_inside(CloudNoise n) {
+    return exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thickness))) * n.interior;
+}
+
+// Vertical optical depth of the cloud at a place, from its own base to its own top.
+float cloud_own_column(int layer, CloudNoise n) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return (shell.top_m - shell.base_m) * shell.extinction_per_m * cloud_inside(n)
+        * max(n.top - 0.5 * shell.base, 0.0) * CLOUD_OWN_FILL;
 }
 
 // Billows stand on the cloud that the wide volumes make: away from it they would be balls of their own.
@@ -271,10 +292,9 @@ float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int 
     } while (++i < turns);
     float dense = filtered_ramp(excess, max(sqrt(variance), CLOUD_LEAST_HALF_WIDTH), CLOUD_EDGE)
         * step(CLOUD_LEAST, n.cover);
-    // Sheets that close the sky are of thick and thin places all the same.
-    float interior = exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, n.thickness))) * n.interior;
-    float billows = interior * cloud_clumped(dense, n.hidden_share, interior * shell.extinction_per_m,
-        shell.finer);
+    float interior = cloud_inside(n);
+    float billows = interior * cloud_clumped(dense, n.hidden_share,
+        interior * shell.extinction_per_m * CLOUD_CLUMP * n.top * (shell.top_m - shell.base_m));
 
     float even = shell.cover_scale > 0.0 ? 1.0 : 0.0;
     float density = shell.kind == CLOUD_UNIFORM ? even : billows;

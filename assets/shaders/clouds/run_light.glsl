@@ -65,6 +65,7 @@ struct CloudRun {
     float depth;             // optical
     float t, depth_before;   // where it is seen on the mean: in metres, and optical depth of the run before that
     float length_m, short_m; // in cloud; of its last short step
+    float column;            // vertical optical depth of the clouds there, on the mean
 };
 
 // Optical depth around a run of steps: towards the sun, and below it.

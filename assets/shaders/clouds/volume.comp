@@ -33,14 +33,14 @@ float volume_value(vec3 p) {
 float volume_value(vec3 p) {
     vec3 bent = p + 0.05 * vec3(tiled_gradient(p * 8.0, 8, 40), tiled_gradient(p * 8.0, 8, 41),
         tiled_gradient(p * 8.0, 8, 42));
-    float seams = tiled_seams(bent * 4.0, 4, 48), torn = 0.0, weight = 0.4;
+    float seams = tiled_seams(bent * 4.0, 4, 48), torn = 0.0, weight = 0.5;
     int cells = 4;
     for (int k = 0; k < 4; ++k) {
         torn += weight * tiled_gradient(p * float(cells), cells, 56 + k);
-        weight *= 0.6;
+        weight *= 0.66;
         cells *= 2;
     }
-    return min(seams, 0.5) + torn;
+    return 0.5 * min(seams, 0.5) + torn;
 }
 #else
 float volume_value(vec3 p) {

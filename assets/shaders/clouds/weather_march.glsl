@@ -71,7 +71,7 @@ CloudRun next_run(
     inout March m, inout Cursor at, inout float air_seen, LayerRay r, StepSizes sizes, Segment s, float last,
     float longest
 ) {
-    CloudRun run = CloudRun(0.0, 0.0, 0.0, 0.0, 0.0);
+    CloudRun run = CloudRun(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     float weight = 0.0, occluded = 1.0 + sizes.occluded_factor * (1.0 - m.transmittance);
     // Five; but not to a compiler, which would write all that a sample does five times over.
     int steps = 0, most_clear = min(CLEAR_STEPS, CLEAR_STEPS * int(u_layer_steps));
@@ -105,6 +105,7 @@ CloudRun next_run(
         float opacity = exp(-run.depth) * depth * one_minus_exp_over(depth), within = free_path_share(depth, r.jitter);
         run.t += opacity * (at.t + on * within);
         run.depth_before += opacity * (run.depth + depth * within);
+        run.column += opacity * cloud_own_column(r.layer, here.noise);
         weight += opacity;
         run.depth += depth;
         at.t += on;
@@ -116,6 +117,7 @@ CloudRun next_run(
             && (found || run.depth <= 0.0);
     } while (at.t < last && on_in);
     run.t /= weight;
+    run.column /= weight;
     run.depth_before /= weight;
     return run;
 }
@@ -131,8 +133,8 @@ CloudAround around_run(LayerRay r, Segment s, inout SegmentLight light, CloudRun
     light.sun = sun_at(point, altitude, light.up);
 #endif
     vec3 sun = sun_optical_depth(r.layer, point, altitude, light.up, w, sample_footprint(run.t, run.short_m));
-    // Where it is not known what is behind, the weather's whole cloud stands for it.
-    float under = cloud_under(r.layer, share, cloud_column(r.layer, w, 1.0), sun.x * light.mu_s);
+    // Where it is not known what is behind, the clouds' own columns stand for it.
+    float under = cloud_under(r.layer, share, run.column, sun.x * light.mu_s);
     return CloudAround(sun.x, r.shell.kind == CLOUD_UNIFORM ? under : mix(under, sun.y * light.mu_s, sun.z));
 }
 

@@ -81,7 +81,7 @@ vec2 path_bounds(int layer, CloudViewLayer shell, CloudWeather weather, CloudNoi
     vec2 most_by = shell.cover_scale * vec2(steep.x, PATH_WEATHER_STEP) + CLOUD_SEAMS * solid_by;
     // Open cells (cloud_open: 5 by towers, 4 by depth), and where the trades' belt ends: from 1 to 0 over a fifth of
     // the planet's radius. Streets: by cover, and in patches whose waves are 60 streets and more long.
-    float street_m = CLOUD_STREET_M * cloud_view.clump_m / shell.finer;
+    float street_m = CLOUD_STREET_WIDE * cloud_view.thickness_m / shell.finer;
     vec2 blown_by = 9.0 * towers_by + vec2(5.0 * cloud_view.bend.per_m, 0.0),
         streets_by = CLOUD_STREETS * (blown_by + 5.0 * most_by + vec2(PATH_PATCH_STEEP / street_m, 0.0));
     float most_streets = min(n.streets + PATH_CLEAR_M * streets_by.x + streets_by.y, CLOUD_STREETS);
