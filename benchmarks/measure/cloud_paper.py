@@ -43,8 +43,13 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather w, float
 float cloud_gap(int layer, CloudNoise n, float footprint_m) { return n.excess > 0.0 ? 0.0 : 1e-6; }
 float cloud_rimmed(int layer, CloudNoise n, float share, float footprint_m, int rims) { return n.excess; }
 float cloud_ceiling(int layer, CloudWeather a, CloudWeather b) { return 1.0; }
+float cloud_own_column(int layer, CloudNoise n) {
+    CloudViewLayer shell = cloud_view.layers[layer];
+    return CLOUD_MEAN_FILL * shell.extinction_per_m * (shell.top_m - shell.base_m);
+}
 """
-_OURS = {"density": "float", "noise": "CloudNoise", "gap": "float", "rimmed": "float", "ceiling": "float"}
+_OURS = {"density": "float", "noise": "CloudNoise", "gap": "float", "rimmed": "float", "ceiling": "float",
+         "own_column": "float"}  # fmt: skip
 
 
 def _density() -> str:

@@ -32,7 +32,8 @@ _SEED = 2018
 _ZENITH = np.array([180.0, 150.0, 120.0, 120.0, 60.0, 60.0, 30.0, 0.0])
 _AZIMUTH = np.array([0.0, 0.0, 0.0, 180.0, 0.0, 180.0, 180.0, 0.0])
 """Looking down on it: 180 to 120; up through it: 60 to 0."""
-_MADE = ("cloud_density", "cloud_noise", "cloud_gap", "cloud_rimmed", "cloud_weather", "cloud_column")
+_MADE = ("cloud_density", "cloud_noise", "cloud_gap", "cloud_rimmed", "cloud_weather", "cloud_column",
+         "cloud_own_column")  # fmt: skip
 _EVEN = f"""
 CloudWeather cloud_weather(vec3 up, float footprint_m) {{ return CloudWeather(1.0, 1.0, 1.0, 1.0); }}
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {{
@@ -48,6 +49,7 @@ float cloud_column(int layer, CloudWeather w, float density) {{
     CloudViewLayer shell = cloud_view.layers[layer];
     return {_SHARE} * shell.extinction_per_m * (shell.top_m - shell.base_m);
 }}
+float cloud_own_column(int layer, CloudNoise n) {{ return cloud_column(layer, CloudWeather(1.0, 1.0, 1.0, 1.0), 1.0); }}
 """
 
 

@@ -48,8 +48,8 @@ class Farm:
         except ImportError as error:
             told = f'scheduler: {error}; Dask distributed is an extra: pip install "planetfall[farm]"'
             raise SettingError(told) from error
-        # Held here, so that one that never connected can be told so: else the garbage collector closes it, wherever it
-        # runs, and within the start of another client's thread each of the two waits for ever for the other's lock.
+        # One that never connected is told that it is closed: else the garbage collector closes it, in any thread, and
+        # both wait for ever where that is within the start of another client.
         self._client = Client.__new__(Client)
         try:
             self._client.__init__(str(address), timeout=CONNECT_S, set_as_default=False, name="planetfall")

@@ -365,12 +365,20 @@ class Companions(Mapping[str, Companion]):
     def join(self, companion: Companion) -> None:
         """Take in a companion, or one that was removed before, unchecked: `Scene.validate` says what doesn't fit."""
         self._found[companion.name] = companion
-        own, planet = companion.scene.companions._planets, companion.scene.planet
-        own[companion.name] = own.pop(planet.name)
-        planet.name = companion.name
+        companion.scene.companions._call(companion.name)
         companion.scene.accompanies = self._scene
         self._planets[companion.name] = companion.scene.planet
         self.share_environment()
+
+    def _call(self, name: str) -> None:
+        """Give this scene's own planet another name. Its objects follow it."""
+        planet, before = self._scene.planet, next(iter(self._planets))
+        for prop in self._scene.props:
+            place = prop.get(Transform)
+            if place is not None and place.planet in (before, planet.name):
+                place.planet = name
+        self._planets[name] = self._planets.pop(before)
+        planet.name = name
 
     def keep(self, scene: Scene) -> None:
         """Have a scene released with the one that these accompany, whether it is a companion then or not."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import planetfall as pf
-from planetfall.systems.terrain.system import TerrainSystem
+from planetfall.systems.terrain.shading import GroundShading
 
 SIZE = (160, 90)
 PLAIN = {"composite.antialiasing": "none"}
@@ -27,8 +27,8 @@ def test_ground_that_no_water_reaches_is_shaded_without_it(name: str, monkeypatc
     sorted_, passes = picture("earth", name)
     assert "terrain.wet" in passes
     assert "terrain.land_water" in passes
-    monkeypatch.setattr(TerrainSystem, "sorts_wet", lambda self: False)
-    monkeypatch.setattr(TerrainSystem, "shows_rivers", lambda self: True)  # else this picture would have none
+    monkeypatch.setattr(GroundShading, "sorts_wet", lambda self: False)
+    monkeypatch.setattr(GroundShading, "shows_rivers", lambda self: True)  # else this picture would have none
     whole, passes = picture("earth", name)
     assert "terrain.wet" not in passes and "terrain.land_water" in passes
     # Two shaders: compilers round the same statements in other orders.

@@ -233,9 +233,10 @@ CloudNoise cloud_noise(int layer, vec3 place, float share, CloudWeather weather,
     // cover, cut off along the line where cover begins.
     float scarce = 1.0 - clamp(cover / CLOUD_SCARCE, 0.0, 1.0);
     float excess = noise - (0.5 - cover) - (CLOUD_MOST_NOISE + CLOUD_STREET_MOST * amplitude) * scarce * scarce;
-    // At the base, of the clouds among what is hidden: a cloud's top is where its noise meets the threshold.
-    float at_base = excess + most - cover, spread = sqrt(variance),
-        above = at_base > spread ? at_base : max(0.5 * (at_base + spread), 0.2 * spread);
+    // At the base, of the clouds among what is hidden: a cloud's top is where its noise meets the threshold. Scarce
+    // clouds are no towers.
+    float at_base = excess + most - cover, spread = sqrt(variance), least = min(0.2 * spread, 0.5 * most),
+        above = at_base > spread ? at_base : max(0.5 * (at_base + spread), least);
     float top = cloud_tallness(shell, w) * clamp(1.0 - (1.0 - above / max(most, CLOUD_LEAST)) / shell.steep, 0.0, 1.0);
     return CloudNoise(excess, variance, hidden, cloud_interior(shell, w), wide - 0.5 + most, cover,
         amplitude, top, p.turned, p.tilted);

@@ -40,8 +40,7 @@ float cloud_kept(float up, float sides, float g) {
     return exp(-CLOUD_LEAK * sides * (1.0 - g) * up);
 }
 
-// Vertical optical depth below a place, as if the weather's clouds were whole everywhere. column: of a whole cloud; up:
-// above the place, towards the sun.
+// Vertical optical depth below a place. column: of its cloud, from base to top; up: above the place, towards the sun.
 float cloud_under(int layer, float share, float column, float up) {
     return cloud_view.layers[layer].kind == CLOUD_UNIFORM ? depth_below(layer, share) : max(column - up, 0.0);
 }

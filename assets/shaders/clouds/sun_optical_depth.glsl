@@ -8,7 +8,8 @@
 
 // cosine to the zenith; of a sun below the horizon maps know the ray from its lowest point on alone
 const float MAPPED_MU = 0.04;
-const vec2 BEHIND_WIDE = vec2(0.1, 0.4);   // thicknesses of the layer, about those of clouds
+// thicknesses of the layer: a mean over more has clouds and gaps in it
+const vec2 BEHIND_WIDE = vec2(0.1, 0.4);
 
 // Metres to the top of a curved layer along a ray of cosine mu to the zenith: a level one leaves it, too.
 float distance_to_top(CloudViewLayer shell, float altitude, float mu) {

@@ -1,6 +1,6 @@
 // Volumes of noise that wrap. VOLUME 0: the shape of clouds, billows on a gradient noise that joins and parts them (the
-// Perlin-Worley noise of Schneider 2015). VOLUME 1: billows alone, in three octaves, for their rims. VOLUME 2: cells
-// and clusters, wide bodies between narrow seams.
+// Perlin-Worley noise of Schneider 2015). VOLUME 1: billows alone, in three octaves, for their rims. VOLUME 2:
+// clusters, in which cells still show.
 // Values are raw: systems/clouds/volumes.py spreads them evenly over 0..1, so that a threshold is a share of the space.
 #include "clouds/tiled_noise.glsl"
 
@@ -28,8 +28,8 @@ float volume_value(vec3 p) {
     return joined + 1.1 * billows;
 }
 #elif VOLUME == 2
-// How far a place is from the seam to the next cell, in cells (Worley 1996: F2 - F1). Seams are bent by noise, and
-// cells are torn by what is smaller than they are: convection has all sizes.
+// Noise of all sizes from that of the cells on, as convection has them, and half as much of how far a place is from the
+// seam to the next cell, in cells (Worley 1996: F2 - F1). Seams are bent by noise.
 float volume_value(vec3 p) {
     vec3 bent = p + 0.05 * vec3(tiled_gradient(p * 8.0, 8, 40), tiled_gradient(p * 8.0, 8, 41),
         tiled_gradient(p * 8.0, 8, 42));
