@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from .frame import Frame
 from .gpu.errors import ShaderError
+from .gpu.program import Program
 
 __all__ = ["WarmUp"]
 
@@ -16,7 +17,7 @@ class WarmUp:
 
     A frame that has to wait for a compiler is a hitch; a first picture that waits for all shaders that a flight may
     want is late. Pictures by themselves (`Frame.one_shot`, `Frame.settling`) make nothing ahead. makers: each makes one
-    program, or finds it there.
+    program, or finds it there, and gives it back to be linked.
     """
 
     def __init__(self, makers: Iterable[Callable[[], object]]) -> None:
@@ -32,4 +33,6 @@ class WarmUp:
         frame that needs it, which may come after it is mended."""
         if self._left and not (frame.one_shot or frame.settling):
             with suppress(ShaderError):
-                self._left.pop()()
+                made = self._left.pop()()
+                if isinstance(made, Program):
+                    _ = made.mgl

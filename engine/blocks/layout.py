@@ -9,7 +9,7 @@ import dataclasses
 import math
 import re
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeAlias, TypeVar, cast, get_type_hints
@@ -57,6 +57,7 @@ class GlslType:
 class _Array:
     element: Any
     count: int
+    flat: bool = False
 
 
 _T = TypeVar("_T")
@@ -82,11 +83,18 @@ Mat4: TypeAlias = Annotated[Floats | Sequence[Floats], GlslType("mat4", "16f", 1
 """An array whose rows are the matrix's columns (m.T of the usual notation). Mat3 takes as much room as three Vec4."""
 
 
-def array(element: Any, count: int) -> _Array:
-    """A fixed array, to be used as ``Annotated[Any, array(Vec4, 6)]``; its element may be a dataclass."""
+def array(element: Any, count: int, flat: bool = False) -> _Array:
+    """A fixed array, to be used as ``Annotated[Any, array(Vec4, 6)]``; its element may be a dataclass.
+
+    flat: of a uniform block's dataclasses, whose every number is a uniform to the driver. A thousand elements cost 8 MB
+    and a seventh of a second in each program that has them, so here they are one array of numbers, and shaders read an
+    element by the function ``<Element> <instance>_<member>(int i)``; their number is ``<INSTANCE>_<MEMBER>``.
+    """
     if _array_of(element) or count < 1:
         raise FormatError(f"array({element!r}, {count}): one dimension with at least one element, please")
-    return _Array(element, count)
+    if flat and not dataclasses.is_dataclass(element):
+        raise FormatError(f"array({element!r}, {count}, flat=True): flat arrays are of dataclasses")
+    return _Array(element, count, flat)
 
 
 def _array_of(annotation: Any) -> _Array | None:
@@ -120,6 +128,7 @@ class Member:
     offset: int
     stride: int
     comment: str
+    flat: bool = False
 
     @property
     def fields(self) -> StructLayout | None:
@@ -166,7 +175,10 @@ class StructLayout:
             gap = _up(offset, align) - offset
             comment = "; ".join(e for e in getattr(hint, "__metadata__", ()) if isinstance(e, str))
             count = several.count if several else 0
-            members.append(Member(item.name, kind, count, offset + gap, stride, comment))
+            flat = several is not None and several.flat
+            if flat and not _can_be_flat(cast(StructLayout, kind)):
+                raise FormatError(f"{where}: flat arrays are of std140 dataclasses with numbers and vectors only")
+            members.append(Member(item.name, kind, count, offset + gap, stride, comment, flat))
             self.format += f"{gap}x" + f"{kind.format}{stride - kind.size}x" * (count or 1)
             offset += gap + stride * (count or 1)
             self.alignment = max(self.alignment, align)
@@ -267,9 +279,12 @@ class StructLayout:
     def _declarations(self) -> str:
         lines: list[str] = []
         for member in self.members:
-            suffix = f"[{member.count}]" if member.count else ""
+            kind, count = (
+                ("uvec4", member.count * member.stride // 16) if member.flat else (member.type.name, member.count)
+            )
+            suffix = f"[{count}]" if count else ""
             comment = f"  // {' '.join(member.comment.split())}" if member.comment else ""
-            lines.append(f"    {member.type.name} {member.name}{suffix};{comment}")
+            lines.append(f"    {kind} {member.name}{suffix};{comment}")
         return "\n".join(lines)
 
     @property
@@ -287,7 +302,8 @@ class StructLayout:
         """A whole block under an instance name: shaders write ``instance.member``."""
         kind = "buffer" if storage else "uniform"
         head = f"layout({self.layout}, binding = {binding}) {kind} {self.name}"
-        return f"{self._structs}{head} {{\n{self._declarations()}\n}} {instance};\n"
+        read = "".join(_reader(member, instance) for member in self.members if member.flat)
+        return f"{self._structs}{head} {{\n{self._declarations()}\n}} {instance};\n{read}"
 
 
 def zeros(cls: type[_T]) -> _T:
@@ -303,6 +319,44 @@ def _zeros(layout: StructLayout) -> Any:
         else:
             values[name] = [_zeros(fields) for _ in range(count)] if count else _zeros(fields)
     return layout.cls(**values)
+
+
+_FROM_BITS = {"f": "uintBitsToFloat({})", "i": "ivec{n}({})", "I": "{}", "?": "bool({})"}
+
+
+def _can_be_flat(layout: StructLayout) -> bool:
+    """Whether it has numbers, vectors and dataclasses of them alone: std140 puts each within 16 bytes."""
+    for member in layout.members:
+        fits = _can_be_flat(member.type) if isinstance(member.type, StructLayout) else len(member.shape) < 2
+        if member.count or not fits:
+            return False
+    return layout.layout == "std140"
+
+
+def _reader(member: Member, instance: str) -> str:
+    """GLSL: the function that reads an element of a flat array, and how many there are."""
+    assert isinstance(member.type, StructLayout)
+    place = f"{instance}.{member.name}[{member.stride // 16} * i + {{}}].{{}}"
+    return "\n".join([
+        f"const int {instance.upper()}_{member.name.upper()} = {member.count};",
+        f"{member.type.name} {instance}_{member.name}(int i) {{",
+        f"    {member.type.name} element;",
+        *_parts_read(member.type, place, "element", 0),
+        "    return element;",
+        "}\n",
+    ])  # fmt: skip
+
+
+def _parts_read(layout: StructLayout, place: str, into: str, start: int) -> Iterator[str]:
+    for part in layout.members:
+        name, offset = f"{into}.{part.name}", start + part.offset
+        if isinstance(part.type, StructLayout):
+            yield from _parts_read(part.type, place, name, offset)
+            continue
+        n, word = math.prod(part.shape), offset // 4
+        kind = next(c for c in part.type.format if c in _FROM_BITS)
+        bits = place.format(word // 4, "xyzw"[word % 4 : word % 4 + n])
+        yield f"    {name} = {_FROM_BITS[kind].format(bits, n=n).replace('ivec1', 'int')};"
 
 
 def _up(offset: int, alignment: int) -> int:

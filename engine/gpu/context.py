@@ -24,8 +24,8 @@ class Gpu(Device):
     ctx: the context. gl: raw calls. caps: limits and names. shaders: the library over `shader_roots`. work: counters.
     GLVersionError below OpenGL 4.3. Without clip control (4.3 without ARB_clip_control) every shader gets the define
     PF_FRAG_DEPTH and writes the same depth values itself, at the price of early depth tests. compile_ahead: programs
-    are linked at their first use, where the driver has compiled them in its threads till then (compile_ahead.py); else,
-    and on other drivers, when they are made.
+    are linked at their first use, all of them where the driver has compiled them in its threads till then
+    (compile_ahead.py), on other drivers those of files in the first root alone; without, when they are made.
     """
 
     def __init__(

@@ -66,7 +66,7 @@ class Device:
                 self.caps.renderer,
             )
         ahead = CompileAhead(self.gl) if compile_ahead and compiles_ahead(ctx, self.caps) else None
-        self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work, ahead)
+        self.shaders = ShaderLibrary(ctx, self.gl, shader_roots, base, self.work, ahead, late=compile_ahead)
         self.watch: CommandWatch | None = None
         """Hears what passes touch, for authors (validate.py)."""
         self._scopes: list[Owner] = []

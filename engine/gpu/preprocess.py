@@ -189,6 +189,11 @@ class ShaderSources:
             return text
         return None
 
+    def in_first_root(self, name: str) -> bool:
+        """Whether a file that has been read stands there, or in no root: virtual and made ones."""
+        held = self._texts.get(name)
+        return held is None or held[0] == self.roots[0] / name
+
     def words(self, name: str) -> frozenset[str]:
         """All words of a file as it is now, comments included; looked for once for each text."""
         text = self.read(name) or ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -38,6 +39,7 @@ GLProgram: TypeAlias = moderngl.Program | moderngl.ComputeShader
 
 class LinkedProgram:
     """One GL program, shared by all wrappers whose expanded sources are equal; linked when `mgl` is first asked for.
+    A scene has dozens that no picture of it may ever need, at a megabyte and some milliseconds each.
 
     `holder` is the wrapper whose uniform values are in it at the moment.
     """
@@ -78,7 +80,9 @@ class ShaderLibrary:
     """Shader files under `roots`, the programs made of them, contracts, virtual files and hot reload.
 
     Names are relative to the roots ("terrain/gbuffer.frag"). `base_defines` stand in every stage. `ahead`: who has the
-    driver compile before programs are used; without, they are linked when they are acquired.
+    driver compile before programs are used. Those are linked at their first use, and, where `late`, those whose files
+    all lie in the first root, the package's own; all others when they are acquired, so that a game hears of its
+    mistakes at once.
     """
 
     def __init__(
@@ -89,13 +93,16 @@ class ShaderLibrary:
         base_defines: Defines,
         work: Work,
         ahead: CompileAhead | None = None,
+        late: bool = False,
     ) -> None:
         self.ctx, self._gl = ctx, gl
+        self._late = late
         self.sources = ShaderSources(roots)
         self.base_defines = dict(base_defines)
         self._work = work
         self._ahead = ahead
         self._linked: dict[str, LinkedProgram] = {}
+        self._waiting: list[LinkedProgram] = []
         self._wrappers: dict[int, _Wrapper] = {}
         self.check: Callable[[Mapping[str, Expanded]], dict[str, Module]] | None = None
         """Asked before a program is linked; raises ShaderError for what other compilers would refuse (validate.py)."""
@@ -131,15 +138,17 @@ class ShaderLibrary:
     def acquire(self, expanded: Mapping[str, Expanded], program_name: str, at_once: bool = False) -> LinkedProgram:
         """The program of these sources, compiled if need be, with one more reference. ShaderError maps the log.
 
-        Where the driver compiles ahead, it raises when the program is first used, unless it has to be linked `at_once`.
+        Where the program is linked later, it raises at the first use, unless it has to be linked `at_once`.
         """
         key = self.key_of(expanded)
         linked = self._linked.get(key)
         if linked is None:
             modules = self.check(expanded) if self.check is not None else {}
             linked = self._begin(key, expanded, program_name)
-            if linked.ahead is None or at_once:
+            if at_once or not (linked.ahead is not None or (self._late and self._all_ours(expanded))):
                 _ = linked.mgl
+            else:
+                self._waiting.append(linked)
             self._linked[key] = linked
             linked.modules = modules
             linked.files = {stage: each.name for stage, each in expanded.items()}
@@ -159,6 +168,19 @@ class ShaderLibrary:
             if self._gl.integer(G.CURRENT_PROGRAM) == linked.mgl.glo:
                 self._gl.function("glUseProgram", None, G.uint)(0)  # GL keeps a program alive while it is in use
             linked.mgl.release()
+
+    def link_another(self) -> None:
+        """Link one of those that nothing has used yet, for frames that must not wait for a compiler later. One that is
+        broken just then is left to its first use."""
+        while self._waiting:
+            linked = self._waiting.pop()
+            if linked.references and not linked.is_linked:
+                with suppress(ShaderError):
+                    _ = linked.mgl
+                return
+
+    def _all_ours(self, expanded: Mapping[str, Expanded]) -> bool:
+        return all(self.sources.in_first_root(file) for each in expanded.values() for file in each.files)
 
     @property
     def program_count(self) -> int:

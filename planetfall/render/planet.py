@@ -163,6 +163,8 @@ class PlanetRenderer:
             plan.invalidate_history()
         self.python_ms = (time.perf_counter() - started) * 1e3
         plan.execute()
+        if not (wanted.one_shot or wanted.settling or self.gpu.caps.is_software):
+            self.gpu.shaders.link_another()
         view.cut = False
         view.frames += 1
         view.stillness.drawn(view, running)

@@ -67,8 +67,8 @@ class WaveBlock:
     farthest_m: Annotated[float, "that waves move anything aside"]
     far_count: int
     count: Annotated[int, "of far waves, then near ones"]
-    bins: Annotated[Any, array(WaveBin, _BINS)]
-    waves: Annotated[Any, array(Wave, _MOST)]
+    bins: Annotated[Any, array(WaveBin, _BINS, flat=True)]
+    waves: Annotated[Any, array(Wave, _MOST, flat=True)]
     """far ones first, each kind from the longest on"""
 
 

@@ -160,14 +160,14 @@ class TerrainTable:
     rivers: TerrainRivers
     woods: TerrainWoods
     real: TerrainReal
-    real_levels: Annotated[Any, array(TerrainRealLevel, MOST_LEVELS)]
+    real_levels: Annotated[Any, array(TerrainRealLevel, MOST_LEVELS, flat=True)]
     erosion: Annotated[float, "share of relief that is gullies where it is steep"]
     constants: TerrainConstants
     wide_warp: Annotated[TerrainWarp, "w1"]
     narrow_warp: Annotated[TerrainWarp, "w2"]
     fields: Annotated[Any, array(TerrainFieldOctave, FIELDS)]
     layers: Annotated[Any, array(TerrainLayer, MOST_LAYERS)]
-    craters: Annotated[Any, array(CraterOctave, MOST_OCTAVES)]
+    craters: Annotated[Any, array(CraterOctave, MOST_OCTAVES, flat=True)]
 
 
 _LAYOUT = StructLayout(TerrainTable)

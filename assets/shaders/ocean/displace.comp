@@ -65,16 +65,16 @@ void main() {
         int feels = min(wave_bin(DEEP / max(shallowest, 1e-6)).far_count, bin.far_count);
         int i = 0;
         if (i < feels) do {
-            add_wave(sea_waves.waves[i], false, true);
+            add_wave(sea_waves_waves(i), false, true);
         } while (++i < feels);
         i = feels;
         if (i < bin.far_count) do {
-            add_wave(sea_waves.waves[i], false, false);
+            add_wave(sea_waves_waves(i), false, false);
         } while (++i < bin.far_count);
         i = sea_waves.far_count;
         int end_near = i + bin.near_count;
         if (i < end_near) do {
-            add_wave(sea_waves.waves[i], true, true);
+            add_wave(sea_waves_waves(i), true, true);
         } while (++i < end_near);
         for (int k = 0; k < SEA_VERTICES; ++k) {
             int n = base + int(gl_LocalInvocationID.x) + k * LANES;

@@ -248,21 +248,21 @@ void add_waves(uint index, SeaRun run, float uneven) {
 #endif
     feels = min(feels, bin.far_count);
     for (int i = 0; i < feels; ++i) {
-        Wave at = sea_waves.waves[i];
+        Wave at = sea_waves_waves(i);
         add_wave(sea_far_wave(place, at), at.cycles_per_m, false, true, false);
     }
     int even = clamp(wave_bin(EVEN * inversesqrt(max(uneven, 1e-12))).far_count, held, max(bin.far_count, held));
     for (int i = held; i < even; ++i) {
-        Wave at = sea_waves.waves[i];
+        Wave at = sea_waves_waves(i);
         add_wave(sea_far_wave(place, at), at.cycles_per_m, false, false, true);
     }
     for (int i = even; i < bin.far_count; ++i) {
-        Wave at = sea_waves.waves[i];
+        Wave at = sea_waves_waves(i);
         add_wave(sea_far_wave(place, at), at.cycles_per_m, false, false, false);
     }
     int first_near = sea_waves.far_count, end_near = first_near + bin.near_count;
     for (int i = first_near; i < end_near; ++i) {
-        Wave at = sea_waves.waves[i];
+        Wave at = sea_waves_waves(i);
         add_wave(sea_near_wave(place, at), at.cycles_per_m, true, true, false);
     }
 }

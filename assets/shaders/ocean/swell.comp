@@ -110,7 +110,7 @@ void main() {
         sums.squeeze[n] = vec3(0.0);
     }
     for (int i = feels; i < held; ++i) {
-        Wave wave = sea_waves.waves[i];
+        Wave wave = sea_waves_waves(i);
         add_wave(sums, r, sea_far_wave(place, wave), wave.cycles_per_m);
     }
     swell[index].centre_m = r.centre;

@@ -3,5 +3,5 @@
 
 // What is known of waves longer than 2 pi / k, and of the others.
 WaveBin wave_bin(float k) {
-    return sea_waves.bins[clamp(int(floor(4.0 * (log2(k) + 12.0))), 0, sea_waves.bins.length() - 1)];
+    return sea_waves_bins(clamp(int(floor(4.0 * (log2(k) + 12.0))), 0, SEA_WAVES_BINS - 1));
 }

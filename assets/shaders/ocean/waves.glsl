@@ -143,11 +143,11 @@ vec3 sea_moved(SeaPlace p, float depth_m, float spacing_m) {
     vec3 moved = vec3(0.0);
     WaveBin bin = wave_bin(PI / spacing_m);
     for (int i = 0; i < bin.far_count; ++i) {
-        moved += sea_wave_moved(sea_far_wave(p, sea_waves.waves[i]), depth_m, spacing_m);
+        moved += sea_wave_moved(sea_far_wave(p, sea_waves_waves(i)), depth_m, spacing_m);
     }
     int first = sea_waves.far_count;
     for (int i = first; i < first + bin.near_count; ++i) {
-        moved += sea_wave_moved(sea_near_wave(p, sea_waves.waves[i]), depth_m, spacing_m);
+        moved += sea_wave_moved(sea_near_wave(p, sea_waves_waves(i)), depth_m, spacing_m);
     }
     return moved;
 }
@@ -220,10 +220,10 @@ SeaSurface sea_lie(SeaPlace p, SeaSums sums) {
 SeaSurface sea_surface(SeaPlace p, float depth_m, vec4 footprint) {
     WaveBin bin = wave_bin(sea_shortest(footprint));
     SeaSums sums = SeaSums(vec2(0.0), vec3(0.0), bin.slope_variance);
-    for (int i = 0; i < bin.far_count; ++i) sea_add(sums, sea_far_wave(p, sea_waves.waves[i]), footprint, depth_m);
+    for (int i = 0; i < bin.far_count; ++i) sea_add(sums, sea_far_wave(p, sea_waves_waves(i)), footprint, depth_m);
     int first = sea_waves.far_count;
     for (int i = first; i < first + bin.near_count; ++i) {
-        sea_add(sums, sea_near_wave(p, sea_waves.waves[i]), footprint, depth_m);
+        sea_add(sums, sea_near_wave(p, sea_waves_waves(i)), footprint, depth_m);
     }
     return sea_lie(p, sums);
 }

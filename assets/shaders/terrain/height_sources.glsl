@@ -38,7 +38,7 @@ float terrain_crater(CraterOctave octave, TERRAIN_PLACE d, vec3 up, float spacin
 // How many octaves of craters have any wider than a length.
 int terrain_craters_above(float length_m) {
     int octaves = terrain_table.crater_octaves;
-    float widest_m = 0.5 * terrain_table.craters[0].lattice.wavelength_m;
+    float widest_m = 0.5 * terrain_table_craters(0).lattice.wavelength_m;
     return octaves > 0 ? int(clamp(ceil(log2(widest_m / length_m)), 0.0, float(octaves))) : 0;
 }
 
@@ -51,13 +51,13 @@ Pair terrain_craters(Fixed3 D, float spacing_m, inout TerrainSources ground) {
     if (i < coarse) do {
         ivec3 cell;
         uvec3 fraction;
-        CraterOctave octave = terrain_table.craters[i];
+        CraterOctave octave = terrain_table_craters(i);
         terrain_place(octave.lattice, D, cell, fraction);
         sum = pair_add(sum, terrain_crater_octave(octave, cell, fraction, up, spacing_m, 0.0, ground));
     } while (++i < coarse);
     float fine = 0.0;
     if (i < end) do {
-        fine += terrain_crater(terrain_table.craters[i], D, up.high, spacing_m, 0.0, ground);
+        fine += terrain_crater(terrain_table_craters(i), D, up.high, spacing_m, 0.0, ground);
     } while (++i < end);
     return pair_add(sum, fine);
 }
@@ -68,16 +68,16 @@ float terrain_craters(vec3 D, float spacing_m, inout TerrainSources ground) {
     vec3 up = terrain_table.up + D / terrain_table.radius_m;
     if (i < coarse) do {
 #ifdef TERRAIN_FLOAT
-        CraterOctave octave = terrain_table.craters[i];
+        CraterOctave octave = terrain_table_craters(i);
         sum += terrain_crater(octave, D, up, spacing_m, 0.0, ground) - octave.lattice.value;
 #else
-        sum += terrain_crater_change(terrain_table.craters[i], D, up, spacing_m, ground);
+        sum += terrain_crater_change(terrain_table_craters(i), D, up, spacing_m, ground);
 #endif
     } while (++i < coarse);
     if (i < end) do {
-        sum += terrain_crater(terrain_table.craters[i], D, up, spacing_m, 0.0, ground);
+        sum += terrain_crater(terrain_table_craters(i), D, up, spacing_m, 0.0, ground);
     } while (++i < end);
-    for (; i < terrain_table.coarse_crater_octaves; ++i) sum -= terrain_table.craters[i].lattice.value;
+    for (; i < terrain_table.coarse_crater_octaves; ++i) sum -= terrain_table_craters(i).lattice.value;
     return sum;
 }
 
@@ -89,7 +89,7 @@ TerrainSources terrain_crater_detail(vec3 D, float spacing_vertex_m, float footp
     TerrainSources ground = NO_SOURCES;
     int i = begin;
     if (i < end) do {
-        terrain_crater(terrain_table.craters[i], D, up, footprint_m, spacing_vertex_m, ground);
+        terrain_crater(terrain_table_craters(i), D, up, footprint_m, spacing_vertex_m, ground);
     } while (++i < end);
     ground.gradient -= up * dot(up, ground.gradient);
     return ground;

@@ -336,7 +336,7 @@ RealGround real_composed(TERRAIN_PLACE D, float spacing_m, bool heights) {
     vec3 p = terrain_table.up * terrain_table.radius_m + terrain_offset(D);
     int k = 0, levels = terrain_table.real.levels;
     if (k < levels) do {
-        TerrainRealLevel level = terrain_table.real_levels[k];
+        TerrainRealLevel level = terrain_table_real_levels(k);
         float share = sum.seen_rest > 0.0 ? real_share(level, spacing_m) : 0.0;
         float high = heights ? real_height_share(level, spacing_m) : 1.0;
         RealSample found;
@@ -374,7 +374,7 @@ RealGround terrain_real(TERRAIN_PLACE D, float spacing_m) { return real_composed
 // What pixels show of real ground; nothing where vertices spacing_m apart show all of it, and all that they leave out
 // is shorter than its samples. longest_m: of the layers that pixels add.
 RealGround terrain_real_seen(vec3 D, float spacing_m, float footprint_m, float longest_m) {
-    float finest_m = terrain_table.real_levels[0].sample_m;
+    float finest_m = terrain_table_real_levels(0).sample_m;
     float alike_m = 2.0 * finest_m;
 #ifdef TERRAIN_ERODED
     // There are gullies of lengths that the ground around has none of.
@@ -388,7 +388,7 @@ RealGround terrain_real_seen(vec3 D, float spacing_m, float footprint_m, float l
 // What pixels show beyond the vertices' gradient, `rises`, of ground at height_m; tangential. fine: for the pixel's
 // footprint. Where vertices are further apart than samples, and all is real ground, they know nothing that it lacks.
 vec3 terrain_real_detail(RealGround fine, vec3 D, float spacing_m, float height_m, vec3 rises) {
-    float finest_m = terrain_table.real_levels[0].sample_m;
+    float finest_m = terrain_table_real_levels(0).sample_m;
     if (REAL_LEVEL_SAMPLES * spacing_m <= finest_m || fine.rest == 1.0) return vec3(0.0);
     vec3 up = terrain_table.up + D / terrain_table.radius_m, found = vec3(0.0);
     float whole = fine.rest == 0.0 ? clamp(spacing_m / finest_m - 1.0, 0.0, 1.0) : 0.0;
