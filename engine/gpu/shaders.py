@@ -47,7 +47,7 @@ class LinkedProgram:
     def __init__(self, key: str, link: Callable[[], GLProgram], ahead: int | None = None) -> None:
         self.key, self.ahead = key, ahead
         """ahead: the program that the driver compiles in its own threads, until this one is linked."""
-        self._link = link
+        self._link: Callable[[], GLProgram] | None = link
         self._mgl: GLProgram | None = None
         self.references = 0
         self.holder: object | None = None
@@ -63,8 +63,9 @@ class LinkedProgram:
     def mgl(self) -> GLProgram:
         """moderngl's object. ShaderError where the driver refuses the sources."""
         if self._mgl is None:
+            assert self._link is not None
             self._mgl = self._link()
-            self.ahead = None
+            self._link = self.ahead = None  # with it go the sources
         return self._mgl
 
 

@@ -310,3 +310,63 @@ def test_zeros():
     made = zeros(Odd)
     assert isinstance(made.u, Single) and [type(part) for part in made.z] == [Layer] * 3
     assert StructLayout(Odd).pack(made) == bytes(StructLayout(Odd).size)
+
+
+@dataclass
+class Flat:
+    """What flat arrays may hold, in an awkward order."""
+
+    a: float
+    b: Vec2
+    c: int
+    d: Vec3
+    e: bool
+    inner: Inner
+    f: UVec2
+    g: IVec3
+    h: UInt
+    i: Vec4
+    j: IVec4
+
+
+def flat(start: int) -> Flat:
+    k = float(start)
+    return Flat(
+        k, (k + 0.5, -k), -start, (k, 1e-40, k + 0.25), start % 2 > 0, inner(start), (start, 0xFFFFFFFF),
+        (-1, start, 0), 0x80000001, (k, -0.0, 3e38, k + 0.125), (start, -2, 3, -0x80000000),
+    )  # fmt: skip
+
+
+@dataclass
+class Flats:
+    before: float
+    several: Annotated[Any, array(Flat, 3, flat=True)]
+    after: int
+
+
+def test_flat_arrays_have_the_same_bytes_and_arrive_bit_for_bit(run_compute, scope):
+    values = Flats(1.5, [flat(7 + 3 * k) for k in range(3)], -9)
+    plain = dataclasses.make_dataclass(
+        "Flats", [("before", float), ("several", Annotated[Any, array(Flat, 3)]), ("after", int)]
+    )
+    assert StructLayout(Flats).pack(values) == StructLayout(plain).pack(values)
+    numbers = _numbers("flats", values)
+    words = [np.float32(v).view("u4") if isinstance(v, float) else int(v) & 0xFFFFFFFF for _, v in numbers]
+    places = [place.replace("flats.several[", "flats_several(", 1) for place, _ in numbers]
+    places = [p.replace("]", ")", 1) if "several(" in p else p for p in places]
+    statements = "\n".join(f"if (index == {k}u) y = bits({p});" for k, p in enumerate(places))
+    block = scope.uniform_block(Flats, 5)
+    block.write(values)
+    header = block.layout.block(5, "flats") + _BITS
+    assert "const int FLATS_SEVERAL = 3;\n" in header
+    out = run_compute(statements, {}, {"y": "uint"}, header=header, count=len(words), setup=lambda _: block.bind())
+    np.testing.assert_array_equal(out["y"], np.array(words, "u4"))
+
+
+def test_what_cannot_be_flat_is_told():
+    with pytest.raises(FormatError, match="flat arrays are of dataclasses"):
+        array(Vec4, 2, flat=True)
+    for element, layout in ((Layer, "std140"), (Inner, "std430")):
+        several = dataclasses.make_dataclass("Several", [("all", Annotated[Any, array(element, 2, flat=True)])])
+        with pytest.raises(FormatError, match=r"Several\.all: flat arrays are of std140 dataclasses"):
+            StructLayout(several, layout)

@@ -254,3 +254,32 @@ def test_compute_programs_take_no_vertices(bench):
     compute = bench.scope.compute("a.comp")
     with pytest.raises(RuntimeError, match=r"a\.comp is a compute shader"):
         bench.scope.vertex_array(compute)
+
+
+def test_the_packages_own_programs_are_linked_at_their_first_use_and_a_games_at_once(gpu, tmp_path):
+    own, game = tmp_path / "own", tmp_path / "game"
+    for folder in (own, game):
+        folder.mkdir()
+    (own / "own.comp").write_text("layout(local_size_x = 1) in;\nvoid main() {}\n")
+    (own / "broken.comp").write_text("layout(local_size_x = 1) in;\nvoid main() { nothing; }\n")
+    (own / "mixed.comp").write_text('#include "game.glsl"\nlayout(local_size_x = 1) in;\nvoid main() { f(); }\n')
+    (game / "game.glsl").write_text("void f() { nothing; }\n")
+    made = Gpu(gpu.ctx, [own, game], compile_ahead=True)
+    try:
+        scope = made.scope("test")
+        late, broken = scope.compute("own.comp"), scope.compute("broken.comp")
+        assert not late.linked.is_linked and not broken.linked.is_linked
+        with pytest.raises(ShaderError, match=r"game\.glsl:1.*nothing"):
+            scope.compute("mixed.comp")
+        (game / "game.glsl").write_text("void f() {}\n")
+        made.shaders.reload_changed()
+        assert scope.compute("mixed.comp").linked.is_linked
+        made.shaders.link_another()  # the broken one, whose first use tells
+        assert not late.linked.is_linked
+        made.shaders.link_another()
+        assert late.linked.is_linked
+        made.shaders.link_another()
+        with pytest.raises(ShaderError, match=r"broken\.comp:2.*nothing"):
+            broken.run()
+    finally:
+        made.release()

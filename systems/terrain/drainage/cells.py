@@ -88,38 +88,48 @@ class CellGrid:
         return ((face * self.across + j) * self.across + i).astype(np.int32)
 
     @cached_property
+    def _beyond(self) -> Cells:
+        """(6, 4, n) numbers of the cells across each face's edges: i = -1, i = n, j = -1, j = n, along each edge."""
+        n = self.across
+        found = np.empty((6, 4, n), dtype=np.int32)
+        along = _warp((2.0 * np.arange(n) + 1.0) / n - 1.0)
+        # A little beyond the edge lies the cell there, at the same place along it.
+        over = np.full(n, 1.0 + 0.25 / n)
+        for face in range(6):
+            for side, (s, t) in enumerate(((-over, along), (over, along), (along, -over), (along, over))):
+                local = np.stack([s, t, np.ones(n)], axis=-1)
+                found[face, side] = self.locate(to_planet(np.full(n, face), local))
+        return found
+
+    def neighbours(self, cells: Cells) -> Cells:
+        """Numbers (N, 8) of the cells around each, NO_CELL where three faces meet; the first four across edges."""
+        n = self.across
+        number = np.asarray(cells, dtype=np.int32)
+        found = number[:, None] + np.array([dj * n + di for di, dj in _AROUND], dtype=np.int32)
+        row, i = np.divmod(number, n)
+        face, j = np.divmod(row, n)
+        at = np.flatnonzero((i == 0) | (i == n - 1) | (j == 0) | (j == n - 1))
+        i, j, face = i[at], j[at], face[at]
+        for k, (di, dj) in enumerate(_AROUND):
+            beside, along = (i + di < 0) | (i + di == n), (j + dj < 0) | (j + dj == n)
+            side, place = np.where(beside, di > 0, 2 + (dj > 0)), np.where(beside, j + dj, i + di)
+            across = np.where(beside & along, NO_CELL, self._beyond[face, side, np.clip(place, 0, n - 1)])
+            found[at, k] = np.where(beside | along, across, found[at, k])
+        return found
+
     def _bordered(self) -> Cells:
         """(6, n + 2, n + 2): numbers of cells, [face, j + 1, i + 1], with those across the edges around them."""
         n = self.across
         named = np.full((6, n + 2, n + 2), NO_CELL, dtype=np.int32)
         named[:, 1:-1, 1:-1] = np.arange(self.count, dtype=np.int32).reshape(6, n, n)
-        along = _warp((2.0 * np.arange(n) + 1.0) / n - 1.0)
-        # A little beyond the edge lies the cell there, at the same place along it.
-        over = np.full(n, 1.0 + 0.25 / n)
-        for face in range(6):
-            for (s, t), side in (
-                ((-over, along), (slice(1, -1), 0)),
-                ((over, along), (slice(1, -1), -1)),
-                ((along, -over), (0, slice(1, -1))),
-                ((along, over), (-1, slice(1, -1))),
-            ):
-                local = np.stack([s, t, np.ones(n)], axis=-1)
-                named[(face, *side)] = self.locate(to_planet(np.full(n, face), local))
+        for side, place in enumerate(((slice(1, -1), 0), (slice(1, -1), -1), (0, slice(1, -1)), (-1, slice(1, -1)))):
+            named[(slice(None), *place)] = self._beyond[:, side]
         return named
-
-    def neighbours(self, cells: Cells) -> Cells:
-        """Numbers (N, 8) of the cells around each, NO_CELL where three faces meet; the first four across edges."""
-        named, n = self._bordered, self.across
-        row, i = np.divmod(np.asarray(cells, dtype=np.int64), n)
-        face, j = np.divmod(row, n)
-        corner = (face * (n + 2) + j + 1) * (n + 2) + i + 1
-        flat = named.reshape(-1)
-        return np.stack([flat[corner + dj * (n + 2) + di] for di, dj in _AROUND], axis=1)
 
     def interpolated(self, values: Floats, directions: Floats) -> Floats:
         """Of values (count,) at the cells' middles those in directions (N, 3): linear along both of a face's axes."""
         n = self.across
-        named = self._bordered.astype(np.int64)
+        named = self._bordered().astype(np.int64)
         spread = np.where(named == NO_CELL, 0.0, values[named])
         # No cell lies across a corner: the mean of the three that meet there, the same from all three faces.
         for row, column in ((0, 0), (0, -1), (-1, 0), (-1, -1)):

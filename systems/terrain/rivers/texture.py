@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,10 @@ class RiverLayout:
     count_bits: int
 
 
-@lru_cache(maxsize=2)
+_LAYOUTS: WeakKeyDictionary[RiverTable, RiverLayout] = WeakKeyDictionary()
+"""The layouts alone are kept: Earth's texels have 45 MB, and are made again in a seventh of a second."""
+
+
 def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     """(layout, texels (rows, 4096, 4) int32)."""
     many, bits = np.diff(table.begin), _MORE_BITS if table.given else _COUNT_BITS
@@ -65,7 +68,7 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     whole = np.concatenate(parts)
     texels[: len(whole)] = whole
     cells_at, lines_at, nodes_at, blocks_at = (int(n) for n in np.cumsum([len(part) for part in parts[:4]]))
-    layout = RiverLayout(across, cells_at, lines_at, nodes_at, blocks_at, bits)
+    layout = _LAYOUTS[table] = RiverLayout(across, cells_at, lines_at, nodes_at, blocks_at, bits)
     return layout, texels.reshape(-1, width, 4)
 
 
@@ -81,7 +84,7 @@ def _packed_lines(table: RiverTable) -> Integers:
 
 def river_layout(table: RiverTable) -> RiverLayout:
     """The layout alone."""
-    return river_texels(table)[0]
+    return _LAYOUTS.get(table) or river_texels(table)[0]
 
 
 def _columns(table: RiverTable, across: int, packed: Integers, widest: Integers) -> tuple[Integers, Integers]:
