@@ -81,10 +81,21 @@ def now_utc() -> str:
 
 
 def resident_bytes(peak: bool = False) -> int:
-    """Memory of this process, now or at its highest; 0 where the system doesn't tell."""
+    """Memory of this process, now or at its highest, pages of libraries' files with it; 0 where the system doesn't
+    tell."""
+    return _status_bytes("VmHWM:" if peak else "VmRSS:")
+
+
+def own_bytes() -> int:
+    """Memory that this process alone has: without pages of files, most of them libraries'. 0 where the system doesn't
+    tell."""
+    return _status_bytes("RssAnon:")
+
+
+def _status_bytes(key: str) -> int:
     try:
         for line in Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines():
-            if line.startswith("VmHWM:" if peak else "VmRSS:"):
+            if line.startswith(key):
                 return int(line.split()[1]) * 1024
     except OSError:
         pass

@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import Camera, Clouds, Cover, Renderer, Scene, Sun, Terrain, direction, load_scene
 from ...engine.real_ground.resident import real_ground
-from ..machine import resident_bytes
+from ..machine import own_bytes, resident_bytes
 from . import descent
 
 __all__ = ["along"]
@@ -55,12 +55,13 @@ def _flown(folder: str, most_mb: float, frames: int) -> dict[str, object]:
         renderer.ctx.finish()
         first_s = time.perf_counter() - start
         used = descent.percentiles(descent.fly_timed(renderer, flight), _FRAME_S, cpu=True)
+        own = own_bytes()
         renderer.gpu.leave(target)
         target.release()
     scene.release()
     return {
         "size": _SIZE, "first_frame_s": first_s, "p50_cpu_ms": used.p50_ms, "p99_of_cpu": used.p99_over_median,
-        "worst_of_cpu": used.worst_over_median,
+        "worst_of_cpu": used.worst_over_median, "own_bytes": own,
     }  # fmt: skip
 
 
