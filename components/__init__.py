@@ -8,7 +8,7 @@ if __name__ != "planetfall.components":
 from ._knob import Knob, Vec3, knob, knobs
 from .atmosphere import Atmosphere
 from .clouds import MOST_CLOUD_LAYERS, CloudLayer, Clouds
-from .cover import Cover
+from .cover import MOST_SPECIES, Cover, CoverSpecies
 from .debug_view import DebugView
 from .exposure import Composite, Exposure
 from .ocean import Ocean, Wave
@@ -35,6 +35,7 @@ from .wind import Wind
 
 __all__ = [
     "MOST_CLOUD_LAYERS",
+    "MOST_SPECIES",
     "Atmosphere",
     "AtmosphereQuality",
     "CloudLayer",
@@ -44,6 +45,7 @@ __all__ = [
     "CompositeQuality",
     "Cover",
     "CoverQuality",
+    "CoverSpecies",
     "DebugView",
     "Exposure",
     "Knob",

@@ -13,15 +13,63 @@ from numpy.typing import NDArray
 from ._knob import Vec3, knob
 from .mask import mask_problem
 
-__all__ = ["Cover"]
+__all__ = ["MOST_SPECIES", "Cover", "CoverSpecies"]
+
+MOST_SPECIES = 12
+"""Of a planet's own."""
+
+FORMS = ("broadleaf", "conifer", "flat", "palm", "column", "shrub", "rosette")
+"""Of the two last, plants have their own places, `Cover.shrub_spacing_m` apart; the others stand where trees do."""
+
+
+@dataclass
+class CoverSpecies:
+    """A plant that a planet has besides those that Cover knows: how it looks, and in which climate it grows.
+
+    Warmth is 0 at the snow line and 1 at the equator's sea, humidity 0.3 in a desert and 0.7 in a forest.
+    """
+
+    name: str = knob("", help="What a game calls it by")
+    form: str = knob(
+        "broadleaf",
+        help="Its shape: a crown of lobes, a cone of whorls, a flat top, fronds on a stem, a ribbed column with arms; "
+        "or near the ground a shrub, or a rosette of fronds",
+        choices=FORMS,
+    )
+    share: float = knob(
+        0.3, 0.0, 1.0, "", "Share of the places that have one where its climate is; 0: none", cost="plants to draw"
+    )
+    height_m: float = knob(10.0, 0.1, 100.0, "m", "Of a grown one", log=True)
+    crown: float = knob(0.35, 0.05, 0.9, "", "Radius of the crown over the height; over 0.6 for shrubs and rosettes")
+    leaf_density: float = knob(1.0, 0.1, 1.5, "", "How closed the crown is; 1: as that of other trees")
+    albedo: Vec3 = knob(
+        (0.078, 0.138, 0.040), 0.0, 1.0, "", "Colour of its leaves, of a column's skin", group="colours", widget="color"
+    )
+    autumn_albedo: Vec3 = knob(
+        (0.33, 0.17, 0.03), 0.0, 1.0, "", "Colour of leaves that have turned", group="colours", widget="color"
+    )
+    translucency: float = knob(
+        0.45, 0.0, 0.9, "", "Light that comes through its leaves over what they throw back", group="colours"
+    )
+    sheds: bool = knob(False, help="Whether its leaves turn and fall outside the tropics")
+    coldest: float = knob(0.0, 0.0, 2.0, "", "Warmth from which on it grows; 0: up to the snow line", group="climate")
+    warmest: float = knob(2.0, 0.0, 2.0, "", "Warmth up to which it grows", group="climate")
+    driest: float = knob(0.5, 0.0, 2.0, "", "Humidity from which on it grows; 0: any", group="climate")
+    wettest: float = knob(2.0, 0.0, 2.0, "", "Humidity up to which it grows", group="climate")
+
+    @property
+    def low(self) -> bool:
+        """Whether it has the places of shrubs."""
+        return self.form in FORMS[5:]
 
 
 @dataclass
 class Cover:
     """Trees that stand on the ground as solids, near the camera; farther away the ground's own colours go on.
 
-    They grow where Terrain has forest: broadleaf trees where it is warm, conifers towards the tree line. Albedos are
-    colours of a leaf, linear sRGB as they show in sunlight; a crown is darker, because leaves shade one another.
+    They grow where Terrain has forest: broadleaf trees where it is warm, conifers towards the tree line; a planet's own
+    `species` where their climate is, also where Terrain has no forest. Albedos are colours of a leaf, linear sRGB as
+    they show in sunlight; a crown is darker, because leaves shade one another.
     """
 
     density: float = knob(
@@ -67,6 +115,7 @@ class Cover:
         (0.05, 0.091, 0.038), 0.0, 1.0, "", "The same of conifers' needles", group="colours", widget="color"
     )
     bark_albedo: Vec3 = knob((0.10, 0.075, 0.055), 0.0, 1.0, "", "Colour of trunks", group="colours", widget="color")
+    species: tuple[CoverSpecies, ...] = knob((), 0, MOST_SPECIES, "", "Plants of the planet's own")
     felled: tuple[tuple[int, int, int, int, int], ...] = knob(
         (), 0, 2**31 - 1, "", "Trees that a game has cut down, by their names; CoverSampler.fell() adds to them"
     )

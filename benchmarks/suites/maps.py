@@ -289,7 +289,8 @@ def _texels(colors: StreamedColors) -> int:
 def maps_country(session: Session) -> None:
     """Tiles of 1 arc second, 10 GB of them, in 48 MB: how long reading them once takes, and a flight of 300 m/s 100
     m above them and without tiles, clouds or trees, each in a process of its own: how even frames are, and the most
-    memory it ever had; its own at the end is without pages of files, which are its libraries. The second run of each counts: its shaders are kept."""
+    memory it ever had; its own, at the end, is without pages of files, which are libraries'. The second run of each
+    counts: its shaders are kept."""
     across, frames = session.runs(20, 2), session.runs(300, 60)
     with _folder() as folder:
         write_repeated(folder, _SOUTH - across // 2, _WEST - min(across // 2, 3), across, across)

@@ -14,7 +14,8 @@ from ..engine.space import local_axes
 from ..engine.world import MissingError
 from ..systems.cover.grown import MOST_RADIUS_M, Grown
 from ..systems.cover.growth import Growing
-from ..systems.cover.stand import Plants, Species
+from ..systems.cover.species import Species
+from ..systems.cover.stand import Plants
 from ..systems.terrain.ground_params import ground_params
 from ..systems.terrain.height import TerrainField
 from .arguments import checked_directions, checked_frame, checked_points, finite_lengths, not_the_middle
@@ -104,7 +105,7 @@ class CoverSampler:
             north, east = local_axes(up)
             place = (up * (self._field.radius_m + float(self._field.height(up[None])[0])), np.stack([east, north, up]))
         plants = self.within(up, radius_m)
-        return TrunkBodies.of(plants.only(plants.species != Species.SHRUB), *place)
+        return TrunkBodies.of(plants.only(~np.isin(plants.forms, (Species.SHRUB, Species.ROSETTE))), *place)
 
     def fell(self, names: ArrayLike) -> int:
         """Cut down trees and shrubs by their names (N, 5), or one's (5,); returns how many were not felled before.

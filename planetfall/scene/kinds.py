@@ -11,6 +11,7 @@ from ..components import (
     Clouds,
     Composite,
     Cover,
+    CoverSpecies,
     DebugView,
     Exposure,
     Ocean,
@@ -62,7 +63,7 @@ KINDS: dict[str, type] = {**PLANET_KINDS, **SCENE_KINDS}
 PROP_KINDS: dict[str, type] = {"transform": Transform, "shape": Shape}
 """Components of an object of a game's, of which a scene may have any number: tables inside [[props]]."""
 
-for _kind in (*KINDS.values(), *PROP_KINDS.values(), DebugView, CloudLayer, Orbit):
+for _kind in (*KINDS.values(), *PROP_KINDS.values(), DebugView, CloudLayer, CoverSpecies, Orbit):
     install(_kind)
 
 

@@ -14,6 +14,7 @@ from ...engine.surface.lattice import FULL_BITS, cell_edge_m, cell_of, direction
 from .felling import Felled
 from .growth import Growing, GrowingGround
 from .near import plots_within
+from .species import tallest_m
 from .stand import LAYERS, TREES, Layer, Plants, Plot, plants_in, plot_level
 from .trunks import LOOK_M, Trunks, touch
 
@@ -28,8 +29,8 @@ _KEPT = 200_000
 """Plants kept by plot, and trunks by cell: some 20 MB each."""
 _LEAST_REACH_M = 8.0
 """What is looked for around a cell; further ones are twice as far, each."""
-_WIDEST = 0.1
-"""More than any trunk is wide, over Cover.height_m."""
+_WIDEST = 0.3
+"""More than any trunk is wide, over the height of the tallest species."""
 _AT_ONCE = 128
 """Plots made at once: some 60 MB."""
 
@@ -91,14 +92,14 @@ class Grown:
         """As trunks.touch() of all trees: centres (N, 3), none at the planet's; radii (N,) up to MOST_RADIUS_M."""
         far = np.linalg.norm(centers_m, axis=1)
         depth, normal = np.full(len(centers_m), -np.inf), centers_m / far[:, None]
-        ground, tall = self._ground, 2.0 * self._cover.height_m
+        ground, tall = self._ground, 2.0 * tallest_m(self._cover)
         above = far - ground.radius_m
         near = (above < ground.highest_m + tall + radii_m + LOOK_M) & (above > ground.lowest_m - tall - radii_m)
         rows = np.flatnonzero(near)
         if not len(rows):
             return depth, normal
         # A trunk's axis is a line through the planet's centre: what is so far from it is seen from there beside it.
-        beside = radii_m[rows] + LOOK_M + _WIDEST * self._cover.height_m
+        beside = radii_m[rows] + LOOK_M + _WIDEST * tallest_m(self._cover)
         angle = np.arcsin(np.minimum(beside / far[rows], 1.0))
         steps = np.ceil(np.log2(np.maximum(angle * ground.radius_m / _LEAST_REACH_M, 1.0)))
         keys = np.stack([*cell_of(normal[rows], self.level), steps.astype(np.int64)], axis=1)

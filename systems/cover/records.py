@@ -12,7 +12,8 @@ from ...engine.blocks.layout import StructLayout, Vec3, Vec4
 from ...engine.made_shaders import made_shader
 from ...engine.space import CameraState
 from .snow import SnowFall
-from .stand import Plants, Species
+from .species import Species, forms_of
+from .stand import Plants
 
 __all__ = ["TREE_DTYPE", "Close", "in_detail", "seen", "tree_records", "within"]
 
@@ -43,8 +44,9 @@ _LIMB_PIXEL = 0.6 * 0.009
 """Over a tree's height: what a pixel spans where its limbs have become too thin to be drawn."""
 _ACACIA_LIMB = 5.0
 """How much farther an acacia's show, which are thicker and all that holds its crown."""
-_SHRUB_SUNK = 0.35
-"""A shrub is drawn as a broadleaf tree that is sunk by this share of its height, up to its crown."""
+_SHRUB_SUNK, _ROSETTE_SUNK = 0.35, 0.80
+"""A shrub is drawn as a broadleaf tree that is sunk by this share of its height, up to its crown; a rosette's
+space is as much higher than it, so that its crown is as wide as a tree's."""
 _SEEN_HEIGHTS = 150.0
 """A plant farther away than so many of its heights isn't drawn: a pixel of 1080 rows shows a seventh of it."""
 _LEAF_PIXEL_M = 0.15 * 0.13
@@ -60,7 +62,7 @@ class CoverTree:
     foot_m: Annotated[Vec3, "from the camera, or from the middle of a map"]
     height_m: float
     radius_m: Annotated[float, "of the crown"]
-    species: Annotated[float, "Species"]
+    species: Annotated[float, "Species that it is shaped like, and 8 for each of the planet's own up to its one"]
     turn: Annotated[float, "0..1 of a whole one"]
     tint: Annotated[float, "0..1"]
     window: Annotated[Vec4, "of a tree that a quad facing the eye may not hold: of the picture, x and y from and to"]
@@ -76,12 +78,15 @@ made_shader("generated/cover.glsl", lambda: _LAYOUT.glsl)
 def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) -> NDArray[np.void]:
     """Records (N,) with places from middle_m (3,), planet-centred; grown: (N,) share of their full size."""
     out = np.zeros(len(plants), TREE_DTYPE)
-    shrub = plants.species == Species.SHRUB
-    height, foot = plants.heights_m * grown, plants.positions_m - middle_m
-    height = np.where(shrub, height / (1.0 - _SHRUB_SUNK), height)
-    foot[shrub] -= (_SHRUB_SUNK * height[shrub])[:, None] * plants.up[shrub]
+    forms, height, foot = plants.forms, plants.heights_m * grown, plants.positions_m - middle_m
+    shape = plants.species.copy()
+    for form, sunk in ((Species.SHRUB, _SHRUB_SUNK), (Species.ROSETTE, _ROSETTE_SUNK)):
+        low = np.flatnonzero(forms == form)
+        height[low] /= 1.0 - sunk
+        foot[low] -= (sunk * height[low])[:, None] * plants.up[low]
+    shape[forms == Species.SHRUB] -= int(Species.SHRUB)
     out["foot_m"], out["height_m"], out["radius_m"] = foot, height, plants.radii_m * grown
-    out["species"], out["turn"] = np.where(shrub, Species.BROADLEAF, plants.species), plants.chance[:, 0]
+    out["species"], out["turn"] = shape, plants.chance[:, 0]
     out["tint"] = plants.chance[:, 1]
     return out
 
@@ -111,9 +116,9 @@ def within(plants: Plants, place_m: Floats, reach_m: float, margin_m: float, sno
 
 
 def seen(close: Close, camera: CameraState) -> tuple[NDArray[np.void], Floats, Plants]:
-    """Records (N,) of the trees in the picture, the nearest first: what lies behind is then rejected early; how near
-    (N,) their crowns come, metres; and these trees. A tree in whose leaves the eye is isn't drawn, since they would be
-    all that is seen."""
+    """Records (N,) of the trees in the picture, those that are drawn apart last, of either the nearest first: what lies
+    behind is then rejected early; how near (N,) their crowns come, metres; and these trees. A tree in whose leaves the
+    eye is isn't drawn, since they would be all that is seen."""
     plants = close.plants
     if not len(plants):
         return np.zeros(0, TREE_DTYPE), np.zeros(0), plants
@@ -135,6 +140,9 @@ def seen(close: Close, camera: CameraState) -> tuple[NDArray[np.void], Floats, P
         drawn[near] &= ~_holds(around, offset[near], around.up)
     order = np.argsort(away, kind="stable")
     order = order[drawn[order]]
+    apart = plants.drawn_apart[which[order]]
+    if apart.any():
+        order = np.concatenate([order[~apart], order[apart]])
     which, offset, away, grown = which[order], offset[order], away[order], grown[order]
     few = plants.only(which)
     rows = tree_records(few, camera.position_m, grown)
@@ -155,8 +163,8 @@ def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[F
     foot, height, radius = (trees[name].astype(np.float64) for name in ("foot_m", "height_m", "radius_m"))
 
     crown, trunk = 1.03 * radius + _LEANS * height, 0.03 * height + 0.5 * _LEANS * height
-    conifer = trees["species"] == Species.CONIFER
-    lowest = np.where(conifer, _LOWEST_BRANCH, np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5))
+    to_the_ground = np.isin(forms_of(trees["species"]), (Species.CONIFER, Species.COLUMN))
+    lowest = np.where(to_the_ground, _LOWEST_BRANCH, np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5))
     # Of the boxes around crowns and around stems: (parts, ends, corners, N, 3).
     ends = np.array([[lowest * height, 1.03 * height], [-0.05 * height, lowest * height]])
     aside = np.array([east + north, east - north, -east - north, north - east])
@@ -207,7 +215,7 @@ def in_detail(trees: NDArray[np.void], crown_m: Floats, pixel_rad: float) -> tup
         return int(which[-1]) + 1 if len(which) else 0
 
     leaves = first(pixel < _LEAF_PIXEL_M)
-    thick = np.where(trees["species"] == Species.ACACIA, _ACACIA_LIMB, 1.0) * trees["height_m"]
+    thick = np.where(forms_of(trees["species"]) == Species.ACACIA, _ACACIA_LIMB, 1.0) * trees["height_m"]
     return leaves, max(first(pixel < _LIMB_PIXEL * thick), leaves)
 
 
@@ -224,8 +232,10 @@ def _holds(plants: Plants, offset_m: Floats, up: Floats) -> NDArray[np.bool_]:
     aside = np.linalg.norm(offset_m + rise[:, None] * up, axis=1)
     share = rise / plants.heights_m
     # cover/lobes.glsl, and the cone of cover/tree.glsl.
-    conifer = plants.species == Species.CONIFER
+    forms = plants.forms
+    conifer = forms == Species.CONIFER
     wide = np.where(conifer, 1.0 - share, 1.0) * plants.radii_m + _LEAF_M
-    flat = (plants.species == Species.ACACIA) | (plants.species == Species.PALM)
-    lowest = np.where(conifer, 0.0, np.where(flat, _FLAT_LEAF, _LOWEST_LEAF))
+    flat = (forms == Species.ACACIA) | (forms == Species.PALM)
+    whole = conifer | (forms == Species.COLUMN) | (forms == Species.ROSETTE)
+    lowest = np.where(whole, 0.0, np.where(flat, _FLAT_LEAF, _LOWEST_LEAF))
     return (share > lowest) & (share < 1.0) & (aside < wide)

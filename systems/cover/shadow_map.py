@@ -6,17 +6,21 @@ parts of it that held them are drawn anew.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...components import CoverSpecies
 from ...engine.blocks.bindings import COVER_BLOCK, TREE_BUFFER
 from ...engine.blocks.layout import Vec2, Vec3, Vec4, array
-from ...engine.gpu import GpuScope
+from ...engine.gpu import GpuScope, Program, VertexArray
 from ...engine.gpu.growing import GrowingBuffer
 from ...engine.surface.crowns import crown_octave, mean_crown_m
+from ...engine.wavelengths import Nanometres
+from .own_colours import own_defines, packed
 from .records import TREE_DTYPE, tree_records
 from .stand import Plants
 from .sway import GUSTS, Sway
@@ -91,8 +95,9 @@ class ShadowMap:
         self._depth = gpu.texture((texels, texels), "depth32f")
         self._framebuffer = gpu.framebuffer([self.heights], self._depth)
         self._state = gpu.state(depth_test=True, depth_func=">", cull=None)
-        self._program = gpu.program(vertex="cover/shadow.vert", fragment="cover/shadow.frag")
-        self._quad = gpu.vertex_array(self._program)
+        self._gpu, self._own = gpu, False
+        self._species: Sequence[CoverSpecies] = ()
+        self._compile(())
         self._trees = GrowingBuffer(gpu, TREE_DTYPE.itemsize)
         self.block = gpu.uniform_block(CoverMapBlock, COVER_BLOCK)
         self._key: object = None
@@ -103,6 +108,26 @@ class ShadowMap:
         self.axes: Floats = np.eye(3)
         """Rows: across the map, and to the sun"""
         self.half_m, self._bare = 1.0, 0.0
+
+    def _compile(self, species: Sequence[CoverSpecies]) -> None:
+        own = own_defines(species)
+        self._programs = [
+            self._gpu.program(vertex="cover/shadow.vert", fragment="cover/shadow.frag", defines={**own, **more})
+            for more in ({}, *([{"COVER_FORMS": 1}] if own else []))
+        ]
+        self._quads = [self._gpu.vertex_array(program) for program in self._programs]
+
+    def use(self, species: Sequence[CoverSpecies], nm: Nanometres) -> None:
+        """The planet's own species, whose shadows are drawn from now on."""
+        if bool(species) != self._own:
+            self._own = bool(species)
+            for made in (*self._quads, *self._programs):
+                made.release()
+            self._compile(species)
+        if species is not self._species:
+            self._species = species
+            for program in self._programs if species else ():
+                program.set("u_own", packed(species, nm))
 
     @property
     def texel_m(self) -> float:
@@ -191,20 +216,30 @@ class ShadowMap:
         low = np.array(part[:2]) * self.texel_m - self.half_m - size[:, None]
         high = (np.array(part[:2]) + part[2:]) * self.texel_m - self.half_m + size[:, None]
         near = np.flatnonzero(((place > low) & (place < high)).all(axis=1))
-        rows = tree_records(plants.only(near), self.middle_m)
+        apart = plants.drawn_apart[near]
+        near = np.concatenate([near[~apart], near[apart]])
+        rows, trees = tree_records(plants.only(near), self.middle_m), len(near) - int(np.count_nonzero(apart))
         self._trees.write(rows)
         self._state.apply()
         self._framebuffer.clear(_NONE_M, 0.0, 0.0, 0.0, depth=0.0, viewport=part)
         if len(rows):
             self._trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
-            x, y, sun = self.axes
-            for name, value in (("u_x", x), ("u_y", y), ("u_sun", sun), ("u_up", self._up)):
-                self._program.set(name, tuple(value))
-            self._program.set("u_per_m", 1.0 / self.half_m)
-            self._program.set("u_bare", self._bare)
-            self._program.set("u_texel_m", self.texel_m)
-            self._program.set("u_deep_m", 8.0 * self.half_m)
-            self._quad.render(vertices=6, instances=len(rows))
+            for program, quad, first, end in zip(
+                self._programs, self._quads, (0, trees), (trees, len(rows)), strict=False
+            ):
+                if first < end:
+                    self._draw_with(program, quad, first, end)
+
+    def _draw_with(self, program: Program, quad: VertexArray, first: int, end: int) -> None:
+        x, y, sun = self.axes
+        for name, value in (("u_x", x), ("u_y", y), ("u_sun", sun), ("u_up", self._up)):
+            program.set(name, tuple(value))
+        program.set("u_first", first)
+        program.set("u_per_m", 1.0 / self.half_m)
+        program.set("u_bare", self._bare)
+        program.set("u_texel_m", self.texel_m)
+        program.set("u_deep_m", 8.0 * self.half_m)
+        quad.render(vertices=6, instances=end - first)
 
     def _places(self, plants: Plants) -> tuple[Floats, Floats]:
         """Where the feet of trees (N, 2) are on the map, from its middle; and how far (N,) no tree reaches from it."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -21,6 +20,7 @@ from ...engine.frame.labels import instances_of
 from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
 from .chance import draws, patches
 from .growth import Climate, Growing, GrowingGround, ramp, savanna
+from .species import OwnSpecies, Species, forms_of
 
 __all__ = ["LAYERS", "NOTHING", "SHRUBS", "TREES", "Layer", "Plants", "Plot", "Species", "plants_in", "plot_level"]
 
@@ -42,20 +42,6 @@ _ON_BEACH, _UP_BEACH = 0.3, 0.7
 _GROUP_M = (180.0, 45.0)
 """Sizes of woods and clearings, and of groups in them."""
 _SEEDS = (11, 12)
-
-
-class Species(IntEnum):
-    """Kinds of trees: values of `Plants.species`, and of a tree's record on the GPU."""
-
-    BROADLEAF = 0
-    CONIFER = 1
-    SHRUB = 2
-    ACACIA = 3
-    """Flat-topped, of the savanna"""
-    PALM = 4
-    """Along warm coasts"""
-    DEAD = 5
-    """A broadleaf tree that still stands"""
 
 
 @dataclass(frozen=True)
@@ -98,7 +84,7 @@ class Plants:
     radii_m: Floats
     """(N,) of the crown"""
     species: Ints
-    """(N,) values of Species"""
+    """(N,) values of Species; of a planet's own, the k-th of Cover.species, from 8 (k + 1) on"""
     names: Ints
     """(N, 5) face, level, i, j of the plot, and the number in it: the same tree has the same name always"""
     chance: Floats
@@ -111,6 +97,16 @@ class Plants:
     def up(self) -> Floats:
         """(N, 3), unit"""
         return self.positions_m / np.linalg.norm(self.positions_m, axis=1, keepdims=True)
+
+    @property
+    def forms(self) -> Ints:
+        """(N,) values of Species that they are shaped like."""
+        return forms_of(self.species)
+
+    @property
+    def drawn_apart(self) -> NDArray[np.bool_]:
+        """(N,) which have a program of their own: columns and rosettes."""
+        return self.forms >= Species.COLUMN
 
     @classmethod
     def of(cls, parts: list[Plants]) -> Plants:
@@ -151,12 +147,13 @@ def plants_in(
     """A layer's plants in each plot, all of one level. seed: of the planet's ground. Many at once take a tenth of the
     time."""
     density, spacing_m = float(getattr(cover, layer.density)), float(getattr(cover, layer.spacing))
+    own = OwnSpecies.of(cover.species, low=layer is SHRUBS)
     if not plots or density <= 0.0:
         return [NOTHING] * len(plots)
     cells = np.array([(p.face, p.i, p.j) for p in plots], dtype=np.int64)
     level, edge = plots[0].level, float(cell_edge_m(plots[0].level, ground.radius_m))
-    coarse = _Coarse.of(cells, level, ground, growing, layer)
-    woody = np.flatnonzero(coarse.share.any(axis=(1, 2)))
+    coarse = _Coarse.of(cells, level, ground, growing, layer, own)
+    woody = np.flatnonzero(coarse.share.any(axis=(1, 2)) | coarse.own.any(axis=(0, 2, 3)))
     count = max(round(edge / spacing_m), 1)
     a, b = (c.ravel() for c in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
     which, face, i, j = (np.repeat(c, len(a)) for c in (woody, *cells[woody].T))
@@ -165,7 +162,12 @@ def plants_in(
     u, v = (a + 0.1 + 0.8 * chance[0]) / count, (b + 0.1 + 0.8 * chance[1]) / count
     woods, slope = coarse.at(coarse.share, which, u, v), coarse.at(coarse.slope, which, u, v)
     steepest = np.tan(np.deg2rad(cover.steepest_deg))
-    share = woods * density * ramp(steepest, 0.7 * steepest, slope) * _groups(face, i + u, j + v, edge, woods)
+    flat = density * ramp(steepest, 0.7 * steepest, slope)
+    share = woods * flat * _groups(face, i + u, j + v, edge, woods)
+    # They fill places that are left, so that no other plant moves.
+    kinds = np.stack([coarse.at(each, which, u, v) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
+    of_own = np.minimum(kinds.sum(axis=0) * flat, 1.0)
+    share = share + of_own * np.maximum(1.0 - share, 0.0) if len(own) else share
     on = np.flatnonzero(chance[2] < share)
     which, face, i, j, number = (c[on] for c in (which, face, i, j, number))
     u, v, woods = (c[on] for c in (u, v, woods))
@@ -182,6 +184,14 @@ def plants_in(
         climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v))
         species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
         tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
+    if len(own):
+        # Any place in their climate may have one of them instead.
+        sums = np.cumsum(kinds[:, on], axis=0)
+        drawn = np.modf(chance[5] * 61.0)[0] * share[on] * (sums[-1] / np.maximum(of_own[on], 1e-12))
+        kind = (drawn >= sums).sum(axis=0)
+        rows = np.flatnonzero(kind < len(own))
+        species[rows] = own.codes[kind[rows]]
+        tall[rows], radius[rows] = own.sizes(kind[rows], chance[4, rows])
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
     names = np.stack([face, np.full_like(face, level), i, j, number + layer.first], axis=1)
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
@@ -232,9 +242,13 @@ class _Coarse:
     share: Floats
     """of places that have a plant of the layer"""
     slope: Floats
+    own: Floats
+    """(species, plots, ...) the same as `share` of a planet's own"""
 
     @classmethod
-    def of(cls, cells: Ints, level: int, ground: GrowingGround, growing: Growing, layer: Layer) -> _Coarse:
+    def of(
+        cls, cells: Ints, level: int, ground: GrowingGround, growing: Growing, layer: Layer, own: OwnSpecies
+    ) -> _Coarse:
         """cells: rows (face, i, j)."""
         step = np.arange(_COARSE + 1) / _COARSE
         scale = 2.0 ** (FULL_BITS - level)
@@ -247,7 +261,11 @@ class _Coarse:
         climate = growing.climate(ground, direction, height)
         share = growing.shrubs(climate) if layer is SHRUBS else growing.woods(climate)
         return cls(
-            climate.warmth.reshape(shape), climate.humidity.reshape(shape), share.reshape(shape), np.hypot(*rise)
+            climate.warmth.reshape(shape),
+            climate.humidity.reshape(shape),
+            share.reshape(shape),
+            np.hypot(*rise),
+            (growing.plants * own.shares(climate)).reshape(len(own), *shape),
         )
 
     @staticmethod

@@ -7,7 +7,6 @@ whatever it looks like. What stands where is made on the CPU (stand.py), a few p
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import moderngl
@@ -30,22 +29,23 @@ from ...engine.settings import revision, with_overrides
 from ...engine.space.camera import CameraStamp
 from ...engine.surface.crowns import crown_share
 from ...engine.system import Setup, System
-from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
 from .felling import GROWS
 from .growth import Growing
 from .near import Near
+from .programs import PlantPrograms
 from .records import TREE_DTYPE, Close, in_detail, seen, within
-from .season import AUTUMN, LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
+from .season import LIKE_BARK, SUMMER, TWIGS_OPEN, Leaves, leaves_at
 from .shadow_map import CoverMapBlock, Forest, ShadowMap
 from .snow import SnowFall
+from .species import tallest_m
 from .stand import LAYERS, NOTHING, SHRUBS, Plants
 from .sway import STILL, sway_at
 
 __all__ = ["CoverSystem"]
 
 _PLACE, _MAP = "cover.place", "cover.map"
-_COLOURS = ("broadleaf_albedo", "conifer_albedo", "bark_albedo")
+_COLOURS = ("broadleaf_albedo", "conifer_albedo", "bark_albedo", "species")
 _SHRUBS_M = 200.0
 """How far shrubs are drawn."""
 GRASS_GIVEN_M = 0.3
@@ -77,7 +77,7 @@ class _CoverView(ViewParts):
         self.forest = Forest(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4), 0.0)
         self.forest_key: tuple[int, int, Leaves] | None = None
         self.key: tuple[_CloseKey, CameraStamp] | None = None
-        self.count, self.detailed, self.shown = 0, (0, 0), NOTHING
+        self.count, self.detailed, self.shown = 0, (0, 0, 0), NOTHING
         self.trees = GrowingBuffer(self.gpu, TREE_DTYPE.itemsize)
         self.shadows = ShadowMap(self.gpu, shadow_texels)
         self.frame: Frame | None = None
@@ -97,7 +97,8 @@ class _CoverView(ViewParts):
         close = self._within(frame.camera.position_m, near)
         rows, crown_m, self.shown = seen(close, frame.camera)
         self.trees.write(rows)
-        self.count, self.detailed = len(rows), in_detail(rows, crown_m, frame.pixel_rad)
+        self.count, trees = len(rows), len(rows) - int(np.count_nonzero(self.shown.drawn_apart))
+        self.detailed = (*in_detail(rows[:trees], crown_m[:trees], frame.pixel_rad), trees)
 
     def _within(self, place_m: NDArray[np.float64], key: _CloseKey) -> Close:
         """What may be in a picture from there: a third of all."""
@@ -115,11 +116,6 @@ class _CoverView(ViewParts):
         return Plants.of(known) if len(known) == len(parts) else None
 
 
-def _linked(program: Any) -> None:
-    """Links it, if that is still to do."""
-    _ = program.mgl
-
-
 class CoverSystem(System):
     """Needs a planet with Terrain and Cover."""
 
@@ -132,27 +128,15 @@ class CoverSystem(System):
         format = str(setup.settings.get("sky.radiance_format", "rgba32f"))
         # Its text, for shaders; each view has a block of its own.
         self._gpu.uniform_block(CoverMapBlock, COVER_BLOCK, "cover_map")
-        # The nearest show leaves and limbs, farther ones limbs.
-        self._trees = [
-            self._gpu.program(
-                vertex="cover/gbuffer.vert", fragment="cover/gbuffer.frag", defines=dict.fromkeys(shown, 1)
-            )
-            for shown in (("TREE_LEAVES", "TREE_LIMBS"), ("TREE_LIMBS",), ())
-        ]
-        self._quads = [self._gpu.vertex_array(program) for program in self._trees]
         self._numbers = InstancePass(self._gpu, "cover/instance.vert", Surface.COVER)
         self._numbered: Any = None
         self._list = self._gpu.compute("cover/list_tiles.comp")
         self._gpu.shaders.provide("cover_light", "cover/light.glsl", owner=self.name)
         provide_contracts(self._world, self.name, self)
-        self._shade = self._gpu.compute(
-            "cover/shade.comp",
-            defines={"RADIANCE_FORMAT": format, "LIGHT_EVERY": int(setup.settings["cover.light_every"])},
-        )
+        self._shade_defines = {"RADIANCE_FORMAT": format, "LIGHT_EVERY": int(setup.settings["cover.light_every"])}
+        self._programs: dict[bool, PlantPrograms] = {}
         self._draw_state = self._gpu.state(depth_test=True, depth_func=">", cull=None)
-        self._warm_up = WarmUp(partial(_linked, program) for program in (*self._trees, self._list, self._shade))
-        self._colours, self._albedos = -1, np.zeros((3, 3))
-        self._autumn = reflectance(AUTUMN, self._nm)
+        self._colours: tuple[bool, int] | None = None
         self._snow: tuple[tuple[float, ...], NDArray[np.float64]] = (), np.zeros(3)
 
     def release(self) -> None:
@@ -181,14 +165,15 @@ class CoverSystem(System):
     # -- a frame -----------------------------------------------------------------------------------------------------
 
     def update(self, frame: Frame) -> None:
-        self._warm_up.step(frame)
         view, component = self._view(frame.view), frame.world.get(frame.planet, Cover)
         own_ground = frame.world.get(frame.planet, Terrain)
         terrain = with_overrides(own_ground, "terrain", frame.settings)
         cover = in_season(with_overrides(component, "cover", frame.settings), terrain)
         view.frame = frame
         view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
-        self._use_colours(cover, revision(component, *_COLOURS))
+        self._use_programs(cover, revision(component, *_COLOURS))
+        self._now.warm_up.step(frame)
+        view.shadows.use(cover.species, self._nm)
         height = float(np.linalg.norm(frame.camera.position_m))
         direction = frame.camera.position_m / height
         view.leaves = leaves_at(cover.season, float(direction[2]))
@@ -229,17 +214,17 @@ class CoverSystem(System):
         if height_m - ground.radius_m > ground.highest_m + reach_m:
             return False
         above = height_m - ground.radius_m - float(ground.height(direction[None])[0])
-        return above < reach_m + 2.0 * cover.height_m
+        return above < reach_m + 2.0 * tallest_m(cover)
 
-    def _use_colours(self, cover: Cover, changed: int) -> None:
-        if self._colours == changed:
+    def _use_programs(self, cover: Cover, changed: int) -> None:
+        own = bool(cover.species)
+        if (own, changed) == self._colours:
             return
-        self._colours = changed
-        colours = tuple(getattr(cover, name) for name in _COLOURS)
-        self._albedos = reflectance(np.array(colours), self._nm)
-        for program in self._trees:
-            program.set("u_albedos", self._albedos.astype(np.float32))
-            program.set("u_autumn", self._autumn.astype(np.float32))
+        self._colours = own, changed
+        if own not in self._programs:
+            self._programs[own] = PlantPrograms(self._gpu, cover, self._shade_defines, self._nm)
+        self._now = self._programs[own]
+        self._now.use_colours(cover)
 
     def _snow_of(self, albedo: tuple[float, ...]) -> NDArray[np.float64]:
         if albedo != self._snow[0]:
@@ -247,11 +232,11 @@ class CoverSystem(System):
         return self._snow[1]
 
     def _forest(self, cover: Cover, leaves: Leaves, snow: SnowFall, snow_albedo: tuple[float, ...]) -> Forest:
-        broadleaf, conifer, bark = self._albedos
+        broadleaf, conifer, bark = self._now.albedos
 
         def half(sine: float) -> NDArray[np.float64]:
             turned, bare = leaves_at(cover.season, sine)
-            seen = broadleaf + turned * (self._autumn.mean(axis=0) - broadleaf)
+            seen = broadleaf + turned * (self._now.autumn.mean(axis=0) - broadleaf)
             return np.append(seen + LIKE_BARK * bare * (bark - seen), 1.0 - TWIGS_OPEN * bare)
 
         tall, flowers = cover.grass_m / GRASS_GIVEN_M, cover.flowers * (1.0 - leaves.bare)
@@ -355,7 +340,7 @@ class CoverSystem(System):
             view.shadows.block.buffer.bind_to_uniform_block(COVER_BLOCK)
             view.trees.buffer.bind_to_storage_buffer(TREE_BUFFER)
             ends = (0, *view.detailed, view.count)
-            for program, quads, first, end in zip(self._trees, self._quads, ends[:-1], ends[1:], strict=True):
+            for program, quads, first, end in zip(self._now.trees, self._now.quads, ends, ends[1:], strict=False):
                 if first < end:
                     program.set("u_first", first)
                     program.set("u_season", tuple(view.leaves))
@@ -394,7 +379,7 @@ class CoverSystem(System):
             tiles.bind_to_storage_buffer(TILE_BUFFER)
             for unit, texture in textures:
                 texture.use(unit)
-            self._shade.run_indirect(tiles)
+            self._now.shade.run_indirect(tiles)
 
         return run
 

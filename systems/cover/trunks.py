@@ -7,13 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .stand import Plants, Species
+from .species import Species
+from .stand import Plants
 
 __all__ = ["LOOK_M", "Trunks", "touch"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+COLUMN_TRUNK = 0.30
+"""Radius of a column's stem over its whole one, arms and all: twin of the shader's constant."""
 TREE_TRUNK, ACACIA_TRUNK, PALM_TRUNK = 0.022, 0.027, 0.016
 """Radius at the foot, over the tree's height, and those of acacias and palms: twins of the shader's constants."""
 _END, _TALL_END = 0.8, 1.0
@@ -48,13 +51,15 @@ class Trunks:
 
     @classmethod
     def of(cls, plants: Plants) -> Trunks:
-        """One for each tree."""
+        """One for each tree; a column's stem ends round, where its cone has its tip."""
         axes = plants.positions_m / np.linalg.norm(plants.positions_m, axis=1, keepdims=True)
         tall = plants.heights_m
-        acacia, palm = plants.species == Species.ACACIA, plants.species == Species.PALM
-        wide = np.select([acacia, palm], [ACACIA_TRUNK, PALM_TRUNK], TREE_TRUNK)
-        ends = np.where(acacia | palm | (plants.species == Species.CONIFER), _TALL_END, _END)
-        return cls(plants.positions_m, axes, ends * tall, wide * tall, _ROOT * tall)
+        forms = plants.forms
+        acacia, palm, column = (forms == form for form in (Species.ACACIA, Species.PALM, Species.COLUMN))
+        wide = tall * np.select([acacia, palm], [ACACIA_TRUNK, PALM_TRUNK], TREE_TRUNK)
+        wide = np.where(column, COLUMN_TRUNK * plants.radii_m, wide)
+        ends = np.where(acacia | palm | column | (forms == Species.CONIFER), _TALL_END, _END)
+        return cls(plants.positions_m, axes, ends * tall, wide, _ROOT * tall)
 
     def breast_radii_m(self) -> Floats:
         """(N,) at breast height, or at half the length of a shorter trunk."""

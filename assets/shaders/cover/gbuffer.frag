@@ -12,6 +12,10 @@ flat in vec4 v_form;
 flat in float v_height_m;
 flat in float v_snow;
 flat in vec4 v_lobes[TREE_LOBES];
+#ifdef COVER_SPECIES
+flat in int v_own;
+#include "cover/own_species.glsl"
+#endif
 layout(location = 0) out vec2 o_normal;
 layout(location = 1) out vec4 o_attributes;   // square root of the albedo, share of light from around
 layout(location = 2) out uint o_surface;
@@ -27,13 +31,25 @@ float on_its_day(float from, float chance) {
 
 void main() {
     float away = length(v_ray), day = fract(13.0 * v_form.w);
-    float sheds = v_form.y < 0.5 ? 1.0 : 0.0, bare = v_form.y == TREE_DEAD ? 1.0 : sheds * on_its_day(u_season.y, day);
+#ifdef COVER_SPECIES
+    OwnSpecies own = own_species(v_own);
+    float leaves = own.leaves;
+    float sheds = v_own > 0 ? own.sheds : v_form.y < 0.5 ? 1.0 : 0.0;
+#else
+    const float leaves = 1.0;
+    float sheds = v_form.y < 0.5 ? 1.0 : 0.0;
+#endif
+    float bare = v_form.y == TREE_DEAD ? 1.0 : sheds * on_its_day(u_season.y, day);
     TreeHit hit = tree_hit(v_form.y, v_camera, v_ray / away, v_form.x, v_form.z, v_lobes,
-        away * frame.pixel_rad, min(TUFT_M, SMALL_TUFT * v_form.x * v_height_m) / v_height_m, bare);
+        away * frame.pixel_rad, min(TUFT_M, SMALL_TUFT * v_form.x * v_height_m) / v_height_m, bare, leaves);
     if (hit.t <= 0.0) discard;
     // Leaves of one tree differ little, trees from one another more.
-    vec3 leaf = mix(u_albedos[v_form.y == TREE_CONIFER ? 1 : 0], u_autumn[int(4.0 * fract(7.0 * v_form.w))],
-        sheds * on_its_day(u_season.x, day));
+    vec3 leaf = u_albedos[v_form.y == TREE_CONIFER ? 1 : 0], turned = u_autumn[int(4.0 * fract(7.0 * v_form.w))];
+#ifdef COVER_SPECIES
+    leaf = v_own > 0 ? own.albedo : leaf;
+    turned = v_own > 0 ? own.autumn : turned;
+#endif
+    leaf = mix(leaf, turned, sheds * on_its_day(u_season.x, day));
     leaf = mix(leaf, u_albedos[2], 0.9 * bare) * (1.0 + 0.5 * (v_form.w - 0.5) * vec3(1.2, 0.8, 0.7));
     leaf = mix(leaf, u_albedos[2], hit.bark);
     float white = snow_on(hit, v_snow, bare);
@@ -42,7 +58,11 @@ void main() {
         hit.normal = normalize(hit.normal + vec3(0.0, 0.0, SNOW_SMOOTH * white));
     }
     o_normal = oct_encode(mat3(v_x, cross(v_up, v_x), v_up) * hit.normal);
-    o_attributes = vec4(sqrt(clamp(leaf, 0.0, 1.0)), hit.bark > 0.5 ? 0.5 * hit.open : 0.5 + 0.5 * hit.open);
+    float open = 0.5 + 0.5 * hit.open;
+#ifdef COVER_SPECIES
+    open = coded_light(hit.open, own.translucency);
+#endif
+    o_attributes = vec4(sqrt(clamp(leaf, 0.0, 1.0)), hit.bark > 0.5 ? 0.5 * hit.open : open);
     o_surface = SURFACE_COVER;
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.near_m * gl_FragCoord.w;

@@ -23,12 +23,19 @@ out vec3 v_ray;           // from the camera to the quad
 flat out vec3 v_camera;
 flat out vec3 v_x, v_up;  // its axes, in the planet's
 flat out vec4 v_form;     // radius, species, turn, tint
+#ifdef COVER_SPECIES
+flat out int v_own;       // which of the planet's own, from 1 on; 0: none of them
+#endif
 flat out float v_height_m;
 flat out float v_snow;
 flat out vec4 v_lobes[TREE_LOBES];
 
 void main() {
     CoverTree tree = trees[u_first + gl_InstanceID];
+#ifdef COVER_SPECIES
+    v_own = int(tree.species) >> 3;
+    tree.species = float(int(tree.species) & 7);
+#endif
     vec2 corner = quad_corner(gl_VertexID % 6);
     vec3 up = up_at(tree.foot_m), middle = tree.foot_m + (0.5 * tree.height_m) * up;
     float away = length(middle), half_m = HALF_HIGH * tree.height_m, wide_m = HALF_WIDE * tree.radius_m;
@@ -43,10 +50,10 @@ void main() {
     float grow = away > 1.2 * around ? inversesqrt(1.0 - min(around * around / (away * away), 0.6)) : 4.0;
     vec2 reach = grow * vec2(wide_m, half_m * abs(dot(over, up)) + wide_m * abs(dot(view, up)));
     // Where the crown ends below, in the picture; a conifer's is as high as it, and narrower towards its tip.
-    bool conifer = tree.species == TREE_CONIFER, windowed = tree.window != vec4(0.0), stem = gl_VertexID >= 6;
+    bool conifer = tree.species == TREE_CONIFER, to_ground = conifer || tree.species == TREE_COLUMN, windowed = tree.window != vec4(0.0), stem = gl_VertexID >= 6;
     vec2 tilted = abs(vec2(dot(over, up), dot(view, up)));
     float lowest_m = (LOWEST_LEAF - 0.5) * tree.height_m - LOWER_WIDE * tree.radius_m;
-    float low = conifer ? -1.0 : clamp(grow * (lowest_m * tilted.x - wide_m * tilted.y) / reach.y, -1.0, 1.0);
+    float low = to_ground ? -1.0 : clamp(grow * (lowest_m * tilted.x - wide_m * tilted.y) / reach.y, -1.0, 1.0);
     float tip = conifer ? CONIFER_TIP + (1.0 - CONIFER_TIP) * min(2.0 * tilted.y + 2.0 * (grow - 1.0), 1.0) : 1.0;
     vec2 part = vec2(stem ? min((STEM_WIDE * tree.height_m + 0.5 * length(lean) * tree.height_m) * grow / reach.x, 1.0)
         : corner.y > 0.0 ? tip : 1.0, mix(stem ? -1.0 : low, stem ? low : 1.0, 0.5 + 0.5 * corner.y));

@@ -10,6 +10,9 @@
 #include "contract/sky.glsl"
 #include "contract/skylight.glsl"
 #include "contract/sun_visibility.glsl"
+#ifdef COVER_SPECIES
+#include "cover/translucency.glsl"
+#endif
 
 #if LIGHT_EVERY == 4
 const ivec2 BLOCK = ivec2(2, 2);
@@ -93,12 +96,19 @@ void main() {
         if (!leaf.shown) continue;
         vec3 albedo = leaf.attributes.rgb * leaf.attributes.rgb;
         bool green = leaf.attributes.a > 0.5;
-        float open = green ? 2.0 * leaf.attributes.a - 1.0 : 2.0 * leaf.attributes.a;
+        float open = green ? 2.0 * leaf.attributes.a - 1.0 : 2.0 * leaf.attributes.a, lets = THROUGH;
+#ifdef COVER_SPECIES
+        if (green) {
+            vec2 light = decoded_light(leaf.attributes.a);
+            open = light.x;
+            lets = light.y;
+        }
+#endif
         float left = cover_light(leaf.point, BIAS_M) * mix(0.35, 1.0, open);
         float mu = dot(leaf.normal, sun), away_m = length(leaf.point), back = dot(leaf.point, sun) / away_m;
         float front = green ? max((mu + WRAP) / (1.0 + WRAP), 0.0) : max(mu, 0.0);
         // Seen against the sun leaves glow where they are thin.
-        float through = green ? THROUGH * leafy(albedo) * (0.35 * max(-mu, 0.0) + 0.65 * max(back, 0.0) * open) : 0.0;
+        float through = green ? lets * leafy(albedo) * (0.35 * max(-mu, 0.0) + 0.65 * max(back, 0.0) * open) : 0.0;
         vec3 radiance = sunlight * left * (albedo * front + albedo * YELLOWED * through) / PI;
         radiance += albedo / PI * open * around;
 #if LIGHT_EVERY > 1

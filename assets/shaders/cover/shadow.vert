@@ -8,6 +8,7 @@
 layout(std430, binding = TREE_BUFFER) readonly buffer TreeBuffer { CoverTree trees[]; };
 uniform vec3 u_x, u_y, u_sun;   // across the map, and to the sun: planet axes
 uniform vec3 u_up;              // at the map's middle
+uniform int u_first;
 uniform float u_per_m;          // 1 / half the map's side
 
 out vec3 v_from;                // where the ray to the ground begins, in the tree's own space
@@ -15,9 +16,16 @@ flat out vec3 v_ray;
 out float v_start_m;            // of that, metres to the sun from the map's middle
 flat out vec4 v_form;           // radius, species, turn, height in metres
 flat out vec4 v_lobes[TREE_LOBES];
+#ifdef COVER_SPECIES
+flat out int v_own;             // which of the planet's own, from 1 on; 0: none of them
+#endif
 
 void main() {
-    CoverTree tree = trees[gl_InstanceID];
+    CoverTree tree = trees[u_first + gl_InstanceID];
+#ifdef COVER_SPECIES
+    v_own = int(tree.species) >> 3;
+    tree.species = float(int(tree.species) & 7);
+#endif
     vec2 corner = quad_corner(gl_VertexID);
     vec3 middle = tree.foot_m + (0.5 * tree.height_m) * u_up;
     float half_m = HALF_HIGH * tree.height_m, wide_m = HALF_WIDE * tree.radius_m, along = abs(dot(u_sun, u_up));

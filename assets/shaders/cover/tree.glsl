@@ -47,6 +47,7 @@ struct TreeRay {
     float bare;       // 0..1: twigs without leaves
     bool flat_top;    // an acacia or a palm
     bool palm;
+    float leaves;     // how closed the crown is; 1: as most are
 };
 
 uint tree_mix(uint x) {
@@ -76,6 +77,9 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     // Longer than wide.
     float across = dot(away, lies);
     // Twigs are thinner than leaves.
+#ifdef COVER_SPECIES
+    dense *= r.leaves;
+#endif
     bool within = chance.x < dense
         && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across
             < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
@@ -237,18 +241,27 @@ void tree_limbs(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], float th
     }
 }
 
+#ifdef COVER_FORMS   // in programs of their own: no tree pays for them
+#include "cover/column.glsl"
+#include "cover/rosette.glsl"
+
+#endif
 // from, ray: in the tree's space, ray 1 long. radius: of the crown. pixel: what a pixel spans there. leaf: size of a
-// tuft of leaves; lobes: as tree_lobes() has them; bare: share of leaves that have fallen.
+// tuft of leaves; lobes: as tree_lobes() has them; bare: share of leaves that have fallen; leaves: as TreeRay has them.
 TreeHit tree_hit(
     float species, vec3 from, vec3 ray, float radius, float turn, vec4 lobes[TREE_LOBES], float pixel, float leaf,
-    float bare
+    float bare, float leaves
 ) {
     TreeHit found = TreeHit(-1.0, vec3(0.0), 1.0, 0.0);
     bool conifer = species == TREE_CONIFER;
     leaf *= species == TREE_PALM ? FROND_LEAF : 1.0;
     TreeRay r = TreeRay(from, ray, radius, turn, max(leaf, 1.3 * pixel), clamp(2.0 - 0.8 * pixel / leaf, 0.0, 1.0),
         pixel < LEAF_PIXEL * leaf ? conifer ? NEEDLE_ROWS : LEAF_ROWS : 0.0,
-        bare, species == TREE_ACACIA || species == TREE_PALM, species == TREE_PALM);
+        bare, species == TREE_ACACIA || species == TREE_PALM, species == TREE_PALM, leaves);
+#ifdef COVER_FORMS
+    if (species == TREE_COLUMN) tree_column(found, r);
+    else tree_rosette(found, r, pixel);
+#else
     tree_trunk(found, r, conifer || r.flat_top ? 1.0 : 0.8);
     uint seed = floatBitsToUint(turn + 1.0);
     if (conifer) tree_conifer(found, r, seed);
@@ -259,5 +272,6 @@ TreeHit tree_hit(
 #endif
         tree_broadleaf(found, r, lobes, seed);
     }
+#endif
     return found;
 }
