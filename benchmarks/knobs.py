@@ -214,6 +214,7 @@ PAIRS: dict[str, Pair] = {
     "cover.flowers": Pair("woods", "meadow", 0.0, off=1.0, least=0.0, least_worst=0.25),
     "cover.broadleaf_albedo": Pair("woods", "canopy", (0.12, 0.04, 0.1)),
     "cover.conifer_albedo": Pair("woods", "treeline", (0.12, 0.04, 0.1)),
+    "cover.species": Pair("earth", "desert", ()),
     "cover.bark_albedo": Pair("woods", "forest", (0.6, 0.5, 0.5)),
     "wind.speed_m_s": Pair("woods", "meadow", 0.0, off=25.0),
     "wind.direction_deg": Pair("woods", "meadow", 250.0, both={"wind.speed_m_s": 20.0}),

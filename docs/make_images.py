@@ -39,6 +39,7 @@ WOODS = {
             "treeline",
             "grove",
             "savanna",
+            "desert",
             "palms",
             "lakeside",
         )

@@ -97,7 +97,7 @@ class ShaderLibrary:
         late: bool = False,
     ) -> None:
         self.ctx, self._gl = ctx, gl
-        self._late = late
+        self.late = late
         self.sources = ShaderSources(roots)
         self.base_defines = dict(base_defines)
         self._work = work
@@ -146,7 +146,7 @@ class ShaderLibrary:
         if linked is None:
             modules = self.check(expanded) if self.check is not None else {}
             linked = self._begin(key, expanded, program_name)
-            if at_once or not (linked.ahead is not None or (self._late and self._all_ours(expanded))):
+            if at_once or not (linked.ahead is not None or (self.late and self._all_ours(expanded))):
                 _ = linked.mgl
             else:
                 self._waiting.append(linked)
@@ -182,6 +182,11 @@ class ShaderLibrary:
 
     def _all_ours(self, expanded: Mapping[str, Expanded]) -> bool:
         return all(self.sources.in_first_root(file) for each in expanded.values() for file in each.files)
+
+    @property
+    def programs(self) -> tuple[LinkedProgram, ...]:
+        """All that are acquired, linked or not."""
+        return tuple(self._linked.values())
 
     @property
     def program_count(self) -> int:

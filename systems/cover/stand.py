@@ -164,7 +164,8 @@ def plants_in(
     steepest = np.tan(np.deg2rad(cover.steepest_deg))
     flat = density * ramp(steepest, 0.7 * steepest, slope)
     share = woods * flat * _groups(face, i + u, j + v, edge, woods)
-    # They fill places that are left, so that no other plant moves.
+    others = chance[2] < share
+    # A planet's own stand in place of others, and where none stand; so no other comes or moves.
     kinds = np.stack([coarse.at(each, which, u, v) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
     of_own = np.minimum(kinds.sum(axis=0) * flat, 1.0)
     share = share + of_own * np.maximum(1.0 - share, 0.0) if len(own) else share
@@ -185,9 +186,8 @@ def plants_in(
         species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
         tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
     if len(own):
-        # Any place in their climate may have one of them instead.
         sums = np.cumsum(kinds[:, on], axis=0)
-        drawn = np.modf(chance[5] * 61.0)[0] * share[on] * (sums[-1] / np.maximum(of_own[on], 1e-12))
+        drawn = np.modf(chance[5] * 61.0)[0] * sums[-1] / np.where(others[on], np.maximum(of_own[on], 1e-12), 1.0)
         kind = (drawn >= sums).sum(axis=0)
         rows = np.flatnonzero(kind < len(own))
         species[rows] = own.codes[kind[rows]]

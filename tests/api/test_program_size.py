@@ -17,7 +17,7 @@ MOST = 1000
 def test_no_program_has_thousands_of_uniforms(view: str) -> None:
     with pf.load_scene("earth") as scene, pf.Renderer(scene, (64, 36), "low") as renderer:
         renderer.render(pf.view(view, scene.planet))
-        programs = [linked for linked in renderer.gpu.shaders._linked.values() if linked.is_linked]
+        programs = [linked for linked in renderer.gpu.shaders.programs if linked.is_linked]
         found = {
             "+".join(linked.files.values()): renderer.gpu.gl.program_integers(linked.mgl.glo, ACTIVE_UNIFORMS)[0]
             for linked in programs
@@ -31,5 +31,5 @@ def test_a_picture_links_what_it_needs_alone() -> None:
     """Dozens of the programs that a scene may need are never used by a picture of it."""
     with pf.load_scene("earth") as scene, pf.Renderer(scene, (64, 36), "low") as renderer:
         renderer.render(pf.view("near", scene.planet))
-        linked = [each.is_linked for each in renderer.gpu.shaders._linked.values()]
+        linked = [each.is_linked for each in renderer.gpu.shaders.programs]
     assert linked.count(False) >= 20

@@ -57,6 +57,7 @@ VIEWS = [
     "forest",
     "meadow",
     "savanna",
+    "desert",
     "palms",
     "treeline",
     "canopy",

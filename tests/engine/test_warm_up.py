@@ -69,11 +69,11 @@ def test_the_sea_has_its_shaders_before_a_flight_needs_them() -> None:
 
 def test_what_is_made_ahead_is_linked_ahead(scope) -> None:
     scope.gpu.shaders.add_virtual("test/ahead.comp", "layout(local_size_x = 1) in;\nvoid main() {}\n")
-    scope.gpu.shaders._late = True
+    scope.gpu.shaders.late = True
     try:
         program = scope.compute("test/ahead.comp")
     finally:
-        scope.gpu.shaders._late = False
+        scope.gpu.shaders.late = False
     assert not program.linked.is_linked
     live: Any = _Frame()
     WarmUp([lambda: program]).step(live)

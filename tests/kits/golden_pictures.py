@@ -91,7 +91,7 @@ fragments write depth, and 0.8 is what other debug views differ by. Errors of a 
 CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shadows", "day_edge")
 """Those that are named after clouds; all others are taken without."""
 COVER_VIEWS = (
-    "lakeside", "forest", "meadow", "savanna", "palms", "treeline", "canopy", "grove", "woodland",
+    "lakeside", "forest", "meadow", "savanna", "desert", "palms", "treeline", "canopy", "grove", "woodland",
 )  # fmt: skip
 SMALL_VIEWS = ("waterfall", "canyon")
 """Those that show enough at half the size."""
@@ -287,6 +287,8 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/forest_without", "woods", "forest", KNOB_SIZE, {"cover.density": 0.0}),
     Picture("cover/meadow", "woods", "meadow", GRASS_SIZE),
     Picture("cover/meadow_mown", "woods", "meadow", GRASS_SIZE, {"cover.grass": 0.0}),
+    Picture("cover/desert", "woods", "desert", KNOB_SIZE),
+    Picture("cover/desert_without", "woods", "desert", KNOB_SIZE, {"cover.species": ()}),
     Picture("cover/savanna", "woods", "savanna", KNOB_SIZE),
     Picture("cover/savanna_without", "woods", "savanna", KNOB_SIZE, {"cover.savanna": 0.0}),
     Picture("cover/palms", "woods", "palms", KNOB_SIZE),

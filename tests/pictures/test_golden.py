@@ -95,7 +95,7 @@ def test_every_golden_file_has_a_picture_and_its_settings():
         wanted = json.loads(json.dumps(dict(picture.changes)))
         assert (inside["planet"], inside["view"]) == (picture.planet, picture.view)
         assert inside["size"] == list(picture.size) and inside["changes"] == wanted and inside["renderer"]
-    assert sum(path.stat().st_size for path in FOLDER.rglob("*.png")) < 6e6
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*.png")) < 6.2e6
 
 
 def test_the_named_views_all_have_goldens():

@@ -28,7 +28,7 @@ def around(scene, name, radius_m=150.0, **changes):
     finally:
         for key, value in before.items():
             setattr(cover, key, value)
-    trees = found.only(found.species != Species.SHRUB)
+    trees = found.only(~np.isin(found.forms, (Species.SHRUB, Species.ROSETTE)))
     return trees, pf.TerrainSampler(scene).height(trees.positions_m) - scene.planet[pf.Ocean].sea_level_m
 
 

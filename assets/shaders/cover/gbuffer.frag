@@ -58,11 +58,10 @@ void main() {
         hit.normal = normalize(hit.normal + vec3(0.0, 0.0, SNOW_SMOOTH * white));
     }
     o_normal = oct_encode(mat3(v_x, cross(v_up, v_x), v_up) * hit.normal);
-    float open = 0.5 + 0.5 * hit.open;
+    o_attributes = vec4(sqrt(clamp(leaf, 0.0, 1.0)), hit.bark > 0.5 ? 0.5 * hit.open : 0.5 + 0.5 * hit.open);
 #ifdef COVER_SPECIES
-    open = coded_light(hit.open, own.translucency);
+    if (v_own > 0 && hit.bark < 0.5) o_attributes = coded_leaf(o_attributes.rgb, own.translucency, hit.open);
 #endif
-    o_attributes = vec4(sqrt(clamp(leaf, 0.0, 1.0)), hit.bark > 0.5 ? 0.5 * hit.open : open);
     o_surface = SURFACE_COVER;
 #ifdef PF_FRAG_DEPTH
     gl_FragDepth = frame.near_m * gl_FragCoord.w;

@@ -50,7 +50,8 @@ void main() {
     float grow = away > 1.2 * around ? inversesqrt(1.0 - min(around * around / (away * away), 0.6)) : 4.0;
     vec2 reach = grow * vec2(wide_m, half_m * abs(dot(over, up)) + wide_m * abs(dot(view, up)));
     // Where the crown ends below, in the picture; a conifer's is as high as it, and narrower towards its tip.
-    bool conifer = tree.species == TREE_CONIFER, to_ground = conifer || tree.species == TREE_COLUMN, windowed = tree.window != vec4(0.0), stem = gl_VertexID >= 6;
+    bool conifer = tree.species == TREE_CONIFER, to_ground = conifer || tree.species == TREE_COLUMN;
+    bool windowed = tree.window != vec4(0.0), stem = gl_VertexID >= 6;
     vec2 tilted = abs(vec2(dot(over, up), dot(view, up)));
     float lowest_m = (LOWEST_LEAF - 0.5) * tree.height_m - LOWER_WIDE * tree.radius_m;
     float low = to_ground ? -1.0 : clamp(grow * (lowest_m * tilted.x - wide_m * tilted.y) / reach.y, -1.0, 1.0);

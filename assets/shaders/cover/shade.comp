@@ -98,8 +98,9 @@ void main() {
         bool green = leaf.attributes.a > 0.5;
         float open = green ? 2.0 * leaf.attributes.a - 1.0 : 2.0 * leaf.attributes.a, lets = THROUGH;
 #ifdef COVER_SPECIES
-        if (green) {
-            vec2 light = decoded_light(leaf.attributes.a);
+        if (is_coded_leaf(leaf.attributes)) {
+            vec2 light = decoded_leaf(leaf.attributes);
+            green = true;
             open = light.x;
             lets = light.y;
         }
