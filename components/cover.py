@@ -40,7 +40,9 @@ class CoverSpecies:
         0.3, 0.0, 1.0, "", "Share of the places that have one where its climate is; 0: none", cost="plants to draw"
     )
     height_m: float = knob(10.0, 0.1, 100.0, "m", "Of a grown one", log=True)
-    crown: float = knob(0.35, 0.05, 0.9, "", "Radius of the crown over the height; over 0.6 for shrubs and rosettes")
+    crown: float = knob(
+        0.35, 0.05, 0.9, "", "Radius of the crown over the height; above 0.6 of shrubs and rosettes alone"
+    )
     leaf_density: float = knob(1.0, 0.1, 1.5, "", "How closed the crown is; 1: as that of other trees")
     albedo: Vec3 = knob(
         (0.078, 0.138, 0.040), 0.0, 1.0, "", "Colour of its leaves, of a column's skin", group="colours", widget="color"

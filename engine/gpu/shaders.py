@@ -103,7 +103,7 @@ class ShaderLibrary:
         self._work = work
         self._ahead = ahead
         self._linked: dict[str, LinkedProgram] = {}
-        self._waiting: list[LinkedProgram] = []
+        self._waiting: dict[str, LinkedProgram] = {}
         self._wrappers: dict[int, _Wrapper] = {}
         self.check: Callable[[Mapping[str, Expanded]], dict[str, Module]] | None = None
         """Asked before a program is linked; raises ShaderError for what other compilers would refuse (validate.py)."""
@@ -149,11 +149,13 @@ class ShaderLibrary:
             if at_once or not (linked.ahead is not None or (self.late and self._all_ours(expanded))):
                 _ = linked.mgl
             else:
-                self._waiting.append(linked)
+                self._waiting[key] = linked
             self._linked[key] = linked
             linked.modules = modules
             linked.files = {stage: each.name for stage, each in expanded.items()}
             self._work.programs_built += 1
+        elif at_once:
+            _ = linked.mgl
         linked.references += 1
         return linked
 
@@ -162,6 +164,7 @@ class ShaderLibrary:
         linked.references -= 1
         if linked.references == 0:
             del self._linked[linked.key]
+            self._waiting.pop(linked.key, None)
             if self._ahead is not None and linked.ahead is not None:
                 self._ahead.drop(linked.ahead)
             if not linked.is_linked:
@@ -174,8 +177,8 @@ class ShaderLibrary:
         """Link one of those that nothing has used yet, for frames that must not wait for a compiler later. One that is
         broken just then is left to its first use."""
         while self._waiting:
-            linked = self._waiting.pop()
-            if linked.references and not linked.is_linked:
+            _, linked = self._waiting.popitem()
+            if not linked.is_linked:
                 with suppress(ShaderError):
                     _ = linked.mgl
                 return
@@ -190,7 +193,7 @@ class ShaderLibrary:
 
     @property
     def program_count(self) -> int:
-        """GL programs alive, each counted once however many share it."""
+        """Programs acquired, each counted once however many share it; some may not be linked yet."""
         return len(self._linked)
 
     def _begin(self, key: str, expanded: Mapping[str, Expanded], name: str) -> LinkedProgram:
@@ -199,11 +202,13 @@ class ShaderLibrary:
             compiling = ahead.begin({stage: e.text for stage, e in expanded.items()})
 
         def link() -> GLProgram:
-            if ahead is not None and compiling is not None:
-                ahead.wait(compiling)
+            if ahead is not None and linked.ahead is not None:
+                ahead.wait(linked.ahead)
+                linked.ahead = None  # it is gone, whether this one can be linked or not
             return self._link(expanded, name)
 
-        return LinkedProgram(key, link, compiling)
+        linked = LinkedProgram(key, link, compiling)
+        return linked
 
     def _link(self, expanded: Mapping[str, Expanded], name: str) -> GLProgram:
         sources: dict[str, Any] = {f"{stage}_shader": e.text for stage, e in expanded.items()}

@@ -269,6 +269,9 @@ def _checked_list(rule: FieldRule, value: object, where: str) -> tuple[object, .
     """A tuple of components; each may also be given as a table {field: value}."""
     if not isinstance(value, list | tuple):
         raise SettingError(f"{where}: expected {rule.expected}, found {_shown(value)}. Put even one in brackets")
+    most = rule.knob.high
+    if most is not None and len(value) > most:
+        raise SettingError(f"{where}: expected at most {most:g}, found {len(value)}")
     return tuple(_checked_item(rule.schema, item, f"{where}[{k}]") for k, item in enumerate(value))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..components import Cover, Ocean, Terrain
 from ..engine.settings import revision
 from ..scene.scene import PlanetHandle
-from ..systems.cover.felling import GROWS
+from ..systems.cover.felling import grows
 from ..systems.cover.grown import Grown, TrunkGround
 from ..systems.cover.growth import Growing
 from ..systems.flight import Obstacles
@@ -27,7 +27,7 @@ class FlightTrunks:
             self._key = self._grown = None
             return None
         sea = None if ocean is None else ocean.sea_level_m
-        key = (field, revision(cover, *GROWS), revision(terrain), sea)
+        key = (field, grows(cover), revision(terrain), sea)
         if self._grown is None or key != self._key:
             self._key, self._grown = (
                 key,

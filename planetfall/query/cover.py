@@ -61,7 +61,8 @@ class CoverSampler:
         self._field = TerrainField(ground_params(terrain, handle[Planet].radius_m, ocean is not None))
         sea = None if ocean is None else ocean.sea_level_m
         growing = Growing.of(terrain, sea, cover.savanna, cover.riparian)
-        self._grown = Grown(self._field, growing, replace(cover), terrain.seed)
+        species = tuple(map(replace, cover.species))
+        self._grown = Grown(self._field, growing, replace(cover, species=species), terrain.seed)
 
     def within(self, direction: ArrayLike, radius_m: float) -> Plants:
         """The trees and shrubs within radius_m along the ground of the place in `direction` (3,) from the planet's

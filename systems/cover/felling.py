@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Cover
+from ...engine.settings import revision
 from .stand import Plants, Plot
 
-__all__ = ["GROWS", "Felled"]
+__all__ = ["Felled", "grows"]
 
 _SEEN = (
     "felled", "season", "snow", "grass", "grass_m", "flowers", "broadleaf_albedo", "conifer_albedo", "bark_albedo",
 )  # fmt: skip
-GROWS = tuple(name for name in Cover.__dataclass_fields__ if name not in _SEEN)
-"""Fields of Cover for engine.settings.revision: trees are made anew when one of these changes."""
+_GROWS = tuple(name for name in Cover.__dataclass_fields__ if name not in (*_SEEN, "species"))
+_OF_SPECIES = attrgetter("form", "share", "height_m", "crown", "coldest", "warmest", "driest", "wettest")
+
+
+def grows(cover: Cover) -> tuple[object, ...]:
+    """Trees are made anew when this changes: colours and felled trees are no part of it."""
+    return (revision(cover, *_GROWS), *map(_OF_SPECIES, cover.species))
+
 
 Name = tuple[int, int, int, int, int]
 

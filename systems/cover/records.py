@@ -27,8 +27,8 @@ _FLAT_LEAF = 0.66
 """The same of an acacia's and a palm's."""
 _CROWN = 0.6
 """Height of the crown's middle over the tree's."""
-_TRUNK_M = 0.6
-"""More than any trunk is wide."""
+_TRUNK_M, _COLUMN = 0.6, 0.32
+"""More than any trunk is wide, but for columns': over the radius of all of it."""
 _WINDOWS = 1.0
 """Trees nearer than their size times this get windows: quads of farther ones hold them."""
 _LOWEST_BRANCH = 0.05
@@ -128,7 +128,8 @@ def seen(close: Close, camera: CameraState) -> tuple[NDArray[np.void], Floats, P
     high = low + _CROWN * plants.heights_m * (edges @ plants.up.T)
     # A ball around the crown, or the trunk below it: on the picture's side of all of its edges.
     wide = np.maximum(plants.radii_m, (1.0 - _CROWN) * plants.heights_m) + _LEAF_M
-    inside = (high > -wide).all(axis=0) | (np.maximum(high, low) > -_TRUNK_M).all(axis=0)
+    stem = np.maximum(_TRUNK_M, _COLUMN * plants.radii_m)
+    inside = (high > -wide).all(axis=0) | (np.maximum(high, low) > -stem).all(axis=0)
     which = np.flatnonzero(inside)
     offset, height = offset[which], plants.heights_m[which]
     away = np.sqrt(np.einsum("ij,ij->i", offset, offset))
@@ -163,8 +164,11 @@ def windows(trees: NDArray[np.void], up: Floats, camera: CameraState) -> tuple[F
     foot, height, radius = (trees[name].astype(np.float64) for name in ("foot_m", "height_m", "radius_m"))
 
     crown, trunk = 1.03 * radius + _LEANS * height, 0.03 * height + 0.5 * _LEANS * height
-    to_the_ground = np.isin(forms_of(trees["species"]), (Species.CONIFER, Species.COLUMN))
-    lowest = np.where(to_the_ground, _LOWEST_BRANCH, np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5))
+    forms = forms_of(trees["species"])
+    leaves_from = np.clip(_LOBE - _LOBE_WIDE * radius / height, _LOWEST_BRANCH, 0.5)
+    lowest = np.select(
+        [forms == Species.COLUMN, forms == Species.CONIFER], [-_LOWEST_BRANCH, _LOWEST_BRANCH], leaves_from
+    )
     # Of the boxes around crowns and around stems: (parts, ends, corners, N, 3).
     ends = np.array([[lowest * height, 1.03 * height], [-0.05 * height, lowest * height]])
     aside = np.array([east + north, east - north, -east - north, north - east])

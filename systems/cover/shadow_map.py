@@ -96,7 +96,7 @@ class ShadowMap:
         self._framebuffer = gpu.framebuffer([self.heights], self._depth)
         self._state = gpu.state(depth_test=True, depth_func=">", cull=None)
         self._gpu, self._own = gpu, False
-        self._species: Sequence[CoverSpecies] = ()
+        self._changed = -1
         self._compile(())
         self._trees = GrowingBuffer(gpu, TREE_DTYPE.itemsize)
         self.block = gpu.uniform_block(CoverMapBlock, COVER_BLOCK)
@@ -117,15 +117,15 @@ class ShadowMap:
         ]
         self._quads = [self._gpu.vertex_array(program) for program in self._programs]
 
-    def use(self, species: Sequence[CoverSpecies], nm: Nanometres) -> None:
-        """The planet's own species, whose shadows are drawn from now on."""
+    def use(self, species: Sequence[CoverSpecies], nm: Nanometres, changed: int) -> None:
+        """The planet's own species, whose shadows are drawn from now on; changed: another number for others."""
         if bool(species) != self._own:
             self._own = bool(species)
             for made in (*self._quads, *self._programs):
                 made.release()
             self._compile(species)
-        if species is not self._species:
-            self._species = species
+        if changed != self._changed:
+            self._changed, self._key = changed, None
             for program in self._programs if species else ():
                 program.set("u_own", packed(species, nm))
 

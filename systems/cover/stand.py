@@ -164,7 +164,8 @@ def plants_in(
     steepest = np.tan(np.deg2rad(cover.steepest_deg))
     flat = density * ramp(steepest, 0.7 * steepest, slope)
     share = woods * flat * _groups(face, i + u, j + v, edge, woods)
-    others = chance[2] < share
+    first = share
+    others = chance[2] < first
     # A planet's own stand in place of others, and where none stand; so no other comes or moves.
     kinds = np.stack([coarse.at(each, which, u, v) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
     of_own = np.minimum(kinds.sum(axis=0) * flat, 1.0)
@@ -200,7 +201,8 @@ def plants_in(
     dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~ground.is_wet(direction, height - _BANK_M)
     dry &= ground.wooded(direction)
     if cover.mask is not None and len(direction):
-        dry &= chance[2] < share[on] * mask_share(cover.mask, direction)
+        left, before = mask_share(cover.mask, direction), np.where(others, 0.0, first)[on]
+        dry &= chance[2] - before < (np.where(others, first, share - first)[on]) * left
     return [found.only(np.flatnonzero(dry & (which == k))) for k in range(len(plots))]
 
 

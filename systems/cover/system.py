@@ -30,7 +30,7 @@ from ...engine.space.camera import CameraStamp
 from ...engine.surface.crowns import crown_share
 from ...engine.system import Setup, System
 from ...engine.wavelengths import wavelengths_of
-from .felling import GROWS
+from .felling import grows
 from .growth import Growing
 from .near import Near
 from .programs import PlantPrograms
@@ -173,7 +173,7 @@ class CoverSystem(System):
         view.sway = sway_at(self._wind(frame), frame.camera.position_m, frame.time_s)
         self._use_programs(cover, revision(component, *_COLOURS))
         self._now.warm_up.step(frame)
-        view.shadows.use(cover.species, self._nm)
+        view.shadows.use(cover.species, self._nm, revision(component, "species"))
         height = float(np.linalg.norm(frame.camera.position_m))
         direction = frame.camera.position_m / height
         view.leaves = leaves_at(cover.season, float(direction[2]))
@@ -195,7 +195,7 @@ class CoverSystem(System):
             for near in view.nears:
                 near.clear()
         else:
-            key = (ground, revision(component, *GROWS), growing)
+            key = (ground, grows(component), growing)
             budget = None if frame.settling or frame.one_shot else _BUDGET_MS
             for near in view.nears:
                 own = min(reach, _SHRUBS_M) if near.layer is SHRUBS else reach

@@ -159,3 +159,57 @@ def test_each_form_is_seen_and_its_colour_is_its_own(scene):
                 assert red((own,)) > 0.003, form
     finally:
         cover.species = before
+
+
+def test_more_than_twelve_are_refused(scene):
+    cover = scene.planet[pf.Cover]
+    with pytest.raises(pf.SettingError, match=r"species.*at most 12, found 13"):
+        cover.species = (TREE,) * 13
+
+
+def test_a_mask_takes_away_and_brings_nothing(scene):
+    """With half of the places left, of others exactly some of those that stood."""
+    half = around(scene, "savanna", (replace(TREE, share=0.2),), mask=lambda d: np.full(len(d), 0.5))
+    whole = around(scene, "savanna", (replace(TREE, share=0.2),))
+    assert set(map(tuple, half.names.tolist())) <= set(map(tuple, whole.names.tolist()))
+    for own in (True, False):
+        share = (of_own(half.species) >= 0 if own else of_own(half.species) < 0).sum()
+        among = (of_own(whole.species) >= 0 if own else of_own(whole.species) < 0).sum()
+        assert 0.35 * among < share < 0.65 * among
+
+
+def test_a_sampler_keeps_the_species_that_it_was_made_with(scene):
+    cover, eye = scene.planet[pf.Cover], pf.view("desert", scene.planet).camera.resolve(scene).position_m
+    before = cover.species
+    sampler, share = pf.CoverSampler(scene), before[0].share
+    try:
+        count = len(sampler.within(eye, 50.0))
+        before[0].share = 1.0
+        assert len(sampler.within(-eye, 10.0)) >= 0 and len(sampler.within(eye, 50.0)) == count
+        assert len(pf.CoverSampler(scene).within(eye, 50.0)) > count
+    finally:
+        before[0].share = share
+
+
+@pytest.mark.gpu
+def test_seen_from_above_a_rosette_stands_on_the_ground(scene):
+    """And so does all that is labelled: every leaf has an instance, and is one of leaves."""
+    cover = scene.planet[pf.Cover]
+    before = cover.species
+    cover.species = (replace(FERN, driest=0.0, coldest=0.0, share=1.0, height_m=2.0),)
+    eye = pf.view("desert", scene.planet).camera.resolve(scene).position_m
+    up = eye / np.linalg.norm(eye)
+    latitude, longitude = np.degrees(np.arcsin(up[2])), np.degrees(np.arctan2(up[1], up[0]))
+    try:
+        with pf.Renderer(scene, SIZE, "low") as renderer:
+            camera = pf.Camera.at(latitude, longitude, 12.0, pitch_deg=-80.0, above="ground")
+            found = renderer.render(camera, outputs=("color", "distance", "instance", "material"))
+            cover.species = ()
+            bare = renderer.render(camera, outputs=("color", "distance"))
+    finally:
+        cover.species = before
+    plants = found["instance"] > 0
+    assert plants.mean() > 0.1
+    above = bare["distance"][plants] - found["distance"][plants]
+    assert np.median(above) > 0.1 and (above > -0.3).mean() > 0.98 and above.max() < 4.0
+    assert len(np.unique(found["material"][plants])) == 1

@@ -41,7 +41,8 @@ void tree_column(inout TreeHit found, TreeRay r) {
         if (chance.x > 0.62) continue;
         // Out from the stem and up again, none above its top.
         vec3 out_m = vec3(TREE_ANGLES[k + 1] * (r.radius - arm), 0.0);
-        float elbow = 0.28 + 0.30 * chance.y, top = min(elbow + 0.14 + 0.30 * chance.z, 0.94 - arm);
+        float elbow = min(0.28 + 0.30 * chance.y, 0.92 - arm - 0.6 * r.radius);
+        float top = min(elbow + 0.14 + 0.30 * chance.z, 0.94 - arm);
         vec3 shoulder = vec3(0.0, 0.0, elbow - 0.03), bend = 0.8 * out_m + vec3(0.0, 0.0, elbow);
         vec3 rise = out_m + vec3(0.0, 0.0, elbow + 0.6 * r.radius);
         column_rod(found, r, shoulder, bend, 0.85 * arm, 0.0);

@@ -15,6 +15,7 @@ uniform int u_first;
 
 const float LOWEST_LEAF = 0.40, LOWER_WIDE = 0.42;   // over the height: less so much of the crown's radius
 const float STEM_WIDE = 0.03;                        // half a stem's width below the crown, over the height
+const float ROSETTE_MIDDLE = 0.9;                    // height of its fronds, over that of its space
 const float CONIFER_TIP = 0.25;                      // its tip's quad, over its width
 const float TREE_SWAY = 0.03;   // what the wind moves a tree's top by, over what it does to grass
 
@@ -61,15 +62,18 @@ void main() {
     vec3 point = middle + corner.x * part.x * reach.x * side + part.y * reach.y * over;
     // All of a tree is equally far ahead: planes that cut one another would show as lines where crowns meet.
     vec3 ahead = frame.camera_forward;
-    float ahead_m = dot(middle, ahead);
+    // What a rosette shows of its space is above the ground.
+    vec3 shown = tree.species == TREE_ROSETTE ? tree.foot_m + (ROSETTE_MIDDLE * tree.height_m) * up : middle;
+    float ahead_m = dot(shown, ahead);
     if (ahead_m - abs(dot(side, ahead)) * reach.x - abs(dot(over, ahead)) * reach.y > 0.05 * away)
         point *= ahead_m / dot(point, ahead);
     // From near it may be on all sides.
     if (windowed) {
         vec4 window = stem ? tree.stem : tree.window;
         vec2 ndc = window.x < window.z ? mix(window.xy, window.zw, 0.5 + 0.5 * corner) : vec2(2.0);
-        float aside_m = length(tree.foot_m - dot(tree.foot_m, up) * up);
-        point = view_ray(ndc) * max(max(dot(tree.foot_m, frame.camera_forward), 0.5 * aside_m), 0.3);
+        vec3 near_m = tree.species == TREE_ROSETTE ? shown : tree.foot_m;
+        float aside_m = length(near_m - dot(near_m, up) * up);
+        point = view_ray(ndc) * max(max(dot(near_m, frame.camera_forward), 0.5 * aside_m), 0.3);
     }
     mat3 axes = tree_axes(up, tree.turn);
     vec2 sheared = (lean * axes).xy;

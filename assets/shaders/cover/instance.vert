@@ -1,4 +1,7 @@
 // As cover/gbuffer.vert, with the tree's number.
+#ifndef COVER_SPECIES   // whether the planet has some or not: as its pictures have them
+#define COVER_SPECIES
+#endif
 #define main tree_vertex
 #include "cover/gbuffer.vert"
 #undef main

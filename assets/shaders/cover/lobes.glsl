@@ -3,7 +3,8 @@ const int TREE_LOBES = 7;
 const float INNER_HIGH = 0.31;   // half the height of the one in the middle
 const float LOBE_FLAT = 0.80;    // height over width of those around it
 // Species, as systems/cover/species.py has them.
-const float TREE_CONIFER = 1.0, TREE_ACACIA = 3.0, TREE_PALM = 4.0, TREE_DEAD = 5.0, TREE_COLUMN = 6.0;
+const float TREE_CONIFER = 1.0, TREE_ACACIA = 3.0, TREE_PALM = 4.0, TREE_DEAD = 5.0, TREE_COLUMN = 6.0,
+    TREE_ROSETTE = 7.0;
 
 // Around the trunk, by the golden angle.
 const vec2 TREE_ANGLES[TREE_LOBES] = vec2[](vec2(1.0, 0.0), vec2(-0.73737, 0.67549), vec2(0.08743, -0.99617),

@@ -2,6 +2,7 @@
 // (terrain/labels.comp, ocean/labels.comp).
 #include "generated/material_ids.glsl"
 #include "common/surfaces.glsl"
+#include "cover/translucency.glsl"
 
 layout(binding = 0) uniform sampler2D u_attributes;
 layout(binding = 1) uniform usampler2D u_surface;
@@ -10,8 +11,9 @@ layout(location = 0) out vec4 o_albedo;   // w: number of the material
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uint surface = texelFetch(u_surface, pixel, 0).r;
-    vec4 attributes = texelFetch(u_attributes, pixel, 0);   // the albedo's root; of trees, w: above 0.5 leaves
+    vec4 attributes = texelFetch(u_attributes, pixel, 0);   // the albedo's root
     bool prop = surface == SURFACE_PROPS, tree = surface == SURFACE_COVER;
-    uint material = prop ? MATERIAL_PROPS : attributes.a > 0.5 ? MATERIAL_LEAVES : MATERIAL_WOOD;
+    bool leaf = attributes.a > 0.5 || is_coded_leaf(attributes);
+    uint material = prop ? MATERIAL_PROPS : leaf ? MATERIAL_LEAVES : MATERIAL_WOOD;
     o_albedo = prop || tree ? vec4(attributes.rgb * attributes.rgb, float(material)) : vec4(0.0);
 }
