@@ -23,6 +23,7 @@ void column_rod(inout TreeHit found, TreeRay r, vec3 foot, vec3 tip, float radiu
     }
     if (t <= 0.0 || (found.t > 0.0 && t > found.t)) return;
     vec3 place = r.from + t * r.ray, normal = normalize(place - foot - share * along);
+    if (place.z < 0.0) return;   // in the ground, which all of it would be drawn in front of from above
     // Ribs along it: their flanks turn the normal, and less of the sky shows between them.
     float angle = atan(normal.y, normal.x), rib = ribs > 0.0 ? cos(ribs * angle) : 0.0;
     vec3 around = vec3(-normal.y, normal.x, 0.0);
