@@ -9,8 +9,8 @@ const float ROSETTE_STEP = 0.039;     // over the crown's radius
 const float ROSETTE_FINE = 0.048;     // steps over the crown's radius where it can
 const float ROSETTE_DROOP = 0.35;     // how far they hang to the sides
 
-// Whether a place is on a frond; its normal; step: how far along the ray none can be.
-bool rosette_leaf(TreeRay r, vec3 place, out vec3 normal, out float step) {
+// Whether a place is on a frond; its normal; further: how far along the ray none can be.
+bool rosette_leaf(TreeRay r, vec3 place, out vec3 normal, out float further) {
     float aside = length(place.xy), share = min(aside / r.radius, 1.0);
     vec2 out_xy = place.xy / max(aside, 1e-4);
     float turn = 9.0 / (2.0 * PI) * atan(out_xy.y, out_xy.x), nearest = 1e9;
@@ -31,7 +31,7 @@ bool rosette_leaf(TreeRay r, vec3 place, out vec3 normal, out float step) {
             found = true;
         }
     }
-    step = max(r.size, 0.7 * nearest);
+    further = max(r.size, 0.7 * nearest);
     return found;
 }
 
