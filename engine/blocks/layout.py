@@ -86,9 +86,9 @@ Mat4: TypeAlias = Annotated[Floats | Sequence[Floats], GlslType("mat4", "16f", 1
 def array(element: Any, count: int, flat: bool = False) -> _Array:
     """A fixed array, to be used as ``Annotated[Any, array(Vec4, 6)]``; its element may be a dataclass.
 
-    flat: of a uniform block's dataclasses, whose every number is a uniform to the driver. A thousand elements cost 8 MB
-    and a seventh of a second in each program that has them, so here they are one array of numbers, and shaders read an
-    element by the function ``<Element> <instance>_<member>(int i)``; their number is ``<INSTANCE>_<MEMBER>``.
+    flat: of a uniform block's dataclasses, whose every number is a uniform to the driver. A thousand elements cost
+    megabytes and much of the start in each program that has them, so here they are one array of numbers, and shaders
+    read an element by the function ``<Element> <instance>_<member>(int i)``; their number is ``<INSTANCE>_<MEMBER>``.
     """
     if _array_of(element) or count < 1:
         raise FormatError(f"array({element!r}, {count}): one dimension with at least one element, please")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,11 +22,6 @@ _DETAILS = (("TREE_LEAVES", "TREE_LIMBS"), ("TREE_LIMBS",), ())
 """The nearest show leaves and limbs, farther ones limbs."""
 
 
-def _linked(program: Any) -> None:
-    """Links it, if that is still to do."""
-    _ = program.mgl
-
-
 class PlantPrograms:
     """trees: by detail, the nearest first, then that of columns and rosettes, which planets with species of their own
     alone have; and `quads` for each."""
@@ -46,7 +40,7 @@ class PlantPrograms:
         self.autumn = reflectance(AUTUMN, nm)
         self.albedos: Floats = np.zeros((3, 3))
         """of broadleaves, conifers and bark"""
-        self.warm_up = WarmUp(partial(_linked, program) for program in (*self.trees, self.shade))
+        self.warm_up = WarmUp((lambda program=program: program) for program in (*self.trees, self.shade))
 
     def use_colours(self, cover: Cover) -> None:
         """Those of the component."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...components import Cover, CoverSpecies
 from .growth import Climate, ramp
 
-__all__ = ["MOST_CROWN", "OwnSpecies", "Species", "forms_of", "of_own", "tallest_m"]
+__all__ = ["OwnSpecies", "Species", "forms_of", "of_own", "tallest_m"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -43,7 +43,7 @@ _FORMS = {
 }  # fmt: skip
 _EDGE = 0.05
 """Of warmth and humidity, to either side of where a species begins and ends."""
-MOST_CROWN = 0.6
+_MOST_CROWN = 0.6
 """Of those that are drawn as they stand: quads around trees hold no wider crown."""
 
 
@@ -102,5 +102,5 @@ class OwnSpecies:
         low = np.array([each.low for each in self.kinds])
         grown = np.where(low[which], 0.35 + 0.85 * chance**2, 0.45 + 0.65 * np.sqrt(chance))
         height = tall[which] * grown
-        wide = np.where(low[which], crown[which], np.minimum(crown[which], MOST_CROWN))
+        wide = np.where(low[which], crown[which], np.minimum(crown[which], _MOST_CROWN))
         return height, height * wide * (0.85 + 0.3 * np.modf(chance * 7.0)[0])
