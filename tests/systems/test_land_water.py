@@ -21,7 +21,7 @@ pytestmark = pytest.mark.gpu
 
 Floats = NDArray[np.float64]
 SIZE = (320, 180)
-TERRAIN, SEA = 1, 2
+TERRAIN, SEA, COVER = 1, 2, 4
 SEED = 7
 """Of the ground that is given rivers; others keep none."""
 NOON = {"elevation_deg": 50.0}
@@ -144,7 +144,10 @@ def test_pixels_of_water_are_where_the_lines_say(carved: Carved, river, above_m:
     water = surface == SEA
     assert min(expected[clear].mean(), 1.0 - expected[clear].mean()) > 0.02
     assert (water == expected)[clear].mean() >= 0.995
-    assert set(np.unique(surface[seen.shown])) <= {TERRAIN, SEA}
+    # Plants on its banks may hide a few pixels.
+    assert set(np.unique(surface[seen.shown])) <= {TERRAIN, SEA, COVER}
+    plants = surface == COVER
+    assert plants[seen.shown].mean() < 0.01
     off_m = np.abs(seen.altitude_m - seen.level_m)[water & clear]
     assert (off_m <= np.maximum(1e-3, 1e-3 * seen.footprint_m[water & clear])).all()
 
