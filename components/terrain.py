@@ -99,6 +99,14 @@ class Terrain:
         cost="a vertex takes 1.5 times as long, 40 MB; the first start of a planet solves them for 20 s",
         group="rivers",
     )
+    banks: float = knob(
+        1.0,
+        0.0,
+        1.0,
+        "",
+        "How uneven banks of rivers and lakes are, and how much gravel and mud lies along them; 0: straight, with none",
+        group="rivers",
+    )
     drainage_cells: int = knob(
         3_538_944,
         1536,

@@ -91,12 +91,21 @@ def test_water_flows_along_its_banks(table: RiverTable, in_rivers: tuple[Floats,
     assert speed.max() <= 7.5
     # Level, but for what rounds where a place is less than a metre from the line.
     assert np.abs((found.current_m_s * points).sum(axis=0) / table.radius_m).max() < 1e-7
+    # Within an eighth of the half width of a bank that turns by up to 0.9; in the middle it flows along the line.
+    rng = np.random.default_rng(2)
+    lines = rng.choice(lines_of(table, lake=False), 40_000)
+    points = beside_lines(table, lines, rng.uniform(0.1, 0.9, 40_000), rng.uniform(-1.2, 1.2, 40_000))
+    found = waters(table, points)
+    half = 0.5 * (table.values[lines, 1] + table.values[table.to[lines], 1])
+    near = (found.beyond_m < 0.0) & (found.beyond_m > -0.05 * half)
+    points, current = points[:, near], found.current_m_s[:, near]
     aside = gradient(table, points, "beyond_m")
-    length = np.linalg.norm(aside, axis=0)
+    length, speed = np.linalg.norm(aside, axis=0), np.linalg.norm(current, axis=0)
     clear = length > 0.2
-    across = np.abs((found.current_m_s * aside).sum(axis=0) / (speed * np.maximum(length, 0.2)))[clear]
+    assert clear.sum() > 1000
+    across = np.abs((current * aside).sum(axis=0) / (speed * np.maximum(length, 0.2)))[clear]
     # But where a river joins another, or turns.
-    assert np.percentile(across, 90) < 0.01
+    assert np.percentile(across, 50) < 0.03 and np.percentile(across, 90) < 0.1
 
 
 def test_water_flows_downhill(table: RiverTable, in_rivers: tuple[Floats, Waters]) -> None:

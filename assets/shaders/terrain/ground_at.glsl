@@ -112,6 +112,7 @@ Ground ground_at(
     ground.moisture = moisture;
     ground.footprint_m = footprint;
     ground.wooded = wooded;
+    ground.barred = ground.silted = 0.0;   // where rivers are, shade.comp knows
     ground_chance(ground, noise);
     ground_relief(ground, gradient, noise.shore);
     ground_climate(ground, zenith, gradient);

@@ -33,7 +33,7 @@ void main() {
     v_ndc = ndc_of_pixel(vec2(pixel) + 0.5);
     vec4 attributes = texel_at(u_attributes, pixel);
     Spot s = spot_at(pixel, attributes);
-    Shown shown = ground_shown(s, attributes);
+    Shown shown = ground_shown(s, attributes, pixel);
     Material material = shown.material;
     uint number = terrain_material_id(shown.ground);
     Shore wet;

@@ -79,6 +79,8 @@ LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
     octaves = 4.0 * terrain_table.rivers.bends[1].value < length(across) ? 1 : octaves;
 #endif
     RiverPlace p = river_bent(river_unbent(D), D, octaves);
+    // So do uneven banks.
+    p.banked = octaves < RIVER_BENDS;
     int begin = 0, k = 0, end = asked ? s_count : 0;
 #define NEXT_LINE (++k < end)
 #endif
@@ -87,7 +89,7 @@ LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
     int best = begin;
     if (k < end) do {
         RiverLine line = river_line(ends_at(k), p);
-        float beyond = line.d - line.section.y;
+        float beyond = line.d - line.bank;
         coverage = max(coverage, water_share_of(line, water_reach_of(line, p, across, along)));
         best = beyond < nearest ? k : best;
         nearest = min(nearest, beyond);
@@ -144,7 +146,7 @@ float ground_at(vec3 D, float width_m, float drawn_m) {
 }
 
 // x: depth of the water's surface, 0 for ground; y: its normal, or what the ground's light asks; z: its attributes, or
-// on ground how deep the nearest water is in its middle, m.
+// on ground how deep the nearest water is in its middle, m; w: on ground, how much of it is gravel, 0..1.
 uvec4 pixel_of(ivec2 pixel) {
     WaterPlace place = water_place(pixel);
     vec3 up = up_at(place.point), across, along;
@@ -185,11 +187,14 @@ uvec4 pixel_of(ivec2 pixel) {
     float width = max(length(across), 1e-3);
     float damp = smoothstep(WATER_DAMP_M, 0.3 * WATER_DAMP_M, w.above)
         * clamp(4.0 * (w.half_width + 1.0) / width, 0.0, 1.0) * float(w.beyond < WATER_NOWHERE_M);
+    float soft = max(0.5 * width, 0.3);
+    float barred = (1.0 - smoothstep(-soft, soft, w.bar)) * float(!mapped)
+        * clamp(0.5 * (w.half_width + 1.0) / width, 0.0, 1.0);
     bool ground = place.open && place.surface == SURFACE_TERRAIN;
     vec4 ashore = ground ? vec4(w.coverage, damp, w.stirred, w.muddy) : vec4(0.0);
     return water ? uvec4(floatBitsToUint(place.depth / max(share, 1e-6)), packSnorm2x16(oct_encode(normal)),
         packUnorm4x8(attributes), 0u) : uvec4(0u, packUnorm4x8(ashore), floatBitsToUint(w.deep),
-        0u);
+        ground ? packUnorm2x16(vec2(barred, 0.0)) : 0u);
 }
 
 void main() {
@@ -205,7 +210,7 @@ void main() {
     bool inside = all(lessThan(pixel, textureSize(u_surface, 0)));
     if (inside) imageStore(u_land_water_out, pixel, found);
     if (inside && found.x != 0u) atomicOr(s_water, SURFACE_LAND_WATER);
-    if (inside && found.x == 0u && (found.y & 0xffffu) != 0u) atomicOr(s_water, SURFACE_WATER_ASHORE);
+    if (inside && found.x == 0u && ((found.y & 0xffffu) != 0u || found.w != 0u)) atomicOr(s_water, SURFACE_WATER_ASHORE);
     if (inside && found.x == 0u && (found.y & 0xffu) != 0u) atomicOr(s_water, SURFACE_WATER_NARROW);
     memoryBarrierShared();
     barrier();

@@ -1,4 +1,5 @@
 // Tiles of the picture that a river or a lake may show in, and the lines of water that count in them. A lane a tile.
+#define TERRAIN_STRAIGHT_BANKS
 #include "terrain/water_place.glsl"
 #include "terrain/waters.glsl"
 #include "terrain/tile_waters.glsl"
@@ -70,7 +71,10 @@ TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float
         float half_width = river_packed_half_width(packed_line);
         if (half_width > least) do {
             RiverLine line = river_line(river_ends_of(packed_line), p);
-            float beyond = line.d - half_width, damp = damp_width(half_width, line.section.z);
+            // Banks are nowhere further out than the floor and than noise moves them.
+            float uneven = clamp(line.section.w - line.section.y, 0.0, RIVER_BANK_OUT * line.section.y);
+            float beyond = line.d - half_width - uneven, damp = damp_width(half_width, line.section.z);
+            damp = max(damp, terrain_table.rivers.uneven * min(0.6 * half_width + 0.3, BAR_STRIP_M + BAR_MOST_M));
             damp = damp > ground.narrowest ? damp : 0.0;
             bool known = beyond > radius + WATER_AROUND_M;
             int j = 0, kept = min(found.count, WATER_LINES);

@@ -12,6 +12,7 @@ struct NarrowWater {
     float damp;             // 0..1: the bank is wet
     float stirred, muddy;   // as terrain/land_water.glsl has them
     float depth_m;          // of the nearest, in the mean
+    float barred;           // 0..1: gravel or mud of its banks
 };
 
 // What deep rivers throw back of the light, clear and muddy ones, and white water.
@@ -27,7 +28,8 @@ NarrowWater narrow_water(ivec2 pixel) {
     vec4 parts = found.x == 0u ? unpackUnorm4x8(found.y) : vec4(0.0);
     float deep = found.x == 0u ? uintBitsToFloat(found.z) : 0.0;
     // A parabola.
-    return NarrowWater(parts.x, parts.y, parts.z, parts.w, 2.0 / 3.0 * deep);
+    float barred = found.x == 0u ? unpackUnorm2x16(found.w).x : 0.0;
+    return NarrowWater(parts.x, parts.y, parts.z, parts.w, 2.0 / 3.0 * deep, barred);
 }
 
 // Radiance of the water alone. sunlight: irradiance across the beam.

@@ -61,6 +61,9 @@ struct RiverPlace {
     vec3 up;
     mat3 turned;   // how it is moved by the place
     ivec2 lines;
+    bool banked;   // the noise of banks has been asked
+    vec3 banks;    // its octaves
+    mat3 by_place; // and how these change, 1/m, a column each
 };
 
 // Where D is, in steps and less than one.
@@ -86,6 +89,9 @@ RiverPlace river_unbent(TERRAIN_PLACE D) {
     p.lines = ivec2(0);
     p.up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
     p.turned = mat3(1.0);
+    p.banked = false;
+    p.banks = vec3(0.0);
+    p.by_place = mat3(0.0);
     return p;
 }
 
@@ -116,9 +122,27 @@ RiverPlace river_place(TERRAIN_PLACE D) {
     return river_bent(p, D, p.lines.y > 0 ? RIVER_BENDS : 0);
 }
 
+// What makes banks uneven (systems/terrain/rivers/banks.py).
+void river_ask_banks(inout RiverPlace p) {
+    vec3 whole = floor(p.rest), part = p.rest - whole;
+    ivec3 steps = p.steps + ivec3(whole), bits = terrain_table.rivers.bank_bits;
+    const ivec3 offsets = ivec3(RIVER_BANK_OFFSET_0, RIVER_BANK_OFFSET_1, RIVER_BANK_OFFSET_2);
+    p.banked = true;
+    int k = 0;
+    do {
+        float per_step = exp2(float(-bits[k]));
+        vec3 fraction = (vec3(steps & ((1 << bits[k]) - 1)) + part) * per_step;
+        vec4 noise = gradient_noise((steps >> bits[k]) + offsets[k], fraction);
+        p.banks[k] = noise.w;
+        p.by_place[k] = noise.xyz * (per_step / terrain_table.rivers.step_m);
+    } while (++k < 3);
+}
+
 // A line of a river at a place: values of its nodes there, and how they change along the whole of it.
 struct RiverLine {
     vec4 section, section_step;   // level over the anchor's base, half width, depth, half width of the floor
+    float bank;                   // half width between uneven banks
+    vec3 by_bank;                 // how that changes with the place
     float reach, reach_step, lake, discharge;
     float d;                      // m from the line
     vec3 away;                    // unit, from the line to the place
@@ -164,7 +188,7 @@ RiverEnds river_ends(int index) {
     return river_ends_of(river_packed_line(index));
 }
 
-RiverLine river_line(RiverEnds ends, RiverPlace p) {
+RiverLine river_line(RiverEnds ends, inout RiverPlace p) {
     // Steps: whole numbers of at most 24 bits.
     vec3 to_a = vec3(ends.a - p.steps), whole_way = ends.way, way = river_level(whole_way, p.up);
     float per_square = 1.0 / max(dot(way, way), 1.0), t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
@@ -188,6 +212,18 @@ RiverLine river_line(RiverEnds ends, RiverPlace p) {
     line.reach = ends.above_more.x + t * line.reach_step;
     line.lake = ends.above_more.y * ends.below_more.y;
     line.discharge = mix(ends.above_more.z, ends.below_more.z, t);
+    line.by_bank = line.section_step.y * line.along;
+    line.bank = line.section.y;
+#ifndef TERRAIN_STRAIGHT_BANKS
+    if (line.d < RIVER_BANK_FAR * line.section.y && terrain_table.rivers.uneven > 0.0) {
+        if (!p.banked) river_ask_banks(p);
+        TerrainRiverBankSlopes bank = terrain_river_bank_slopes(line.d, line.section.y, line.section.w,
+            terrain_table.rivers.uneven, p.banks.x, p.banks.y, p.banks.z);
+        line.bank = bank.value;
+        line.by_bank = bank.by_d * line.away + p.by_place * vec3(bank.by_coarse, bank.by_middle, bank.by_fine)
+            + (bank.by_half_width * line.section_step.y + bank.by_floor_width * line.section_step.w) * line.along;
+    }
+#endif
     return line;
 }
 
@@ -205,7 +241,7 @@ const float BESIDE_M = 100.0;   // as systems/terrain/rivers/table.py has it
 // How wet a line makes a place: 1 in its water .. 0 where its bank ends. Of a map's lakes nothing: their lines reach
 // over dry ground.
 float river_wets(RiverLine line) {
-    float half_width = line.section.y;
+    float half_width = line.bank;
     bool given = terrain_table.rivers.given != 0;
     float wide = given ? BESIDE_M : min(BESIDE_M, max(line.reach - half_width, 1e-3));
     float near = 1.0 - (line.d - half_width) / wide;
@@ -245,21 +281,21 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
             cut.d_open = opens.by_d * line.away
                 + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;
         }
-        TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, half_width, floor_width, line.reach,
+        TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, line.bank, floor_width, line.reach,
             line.lake);
         if (raises.value > cut.raised) {
             cut.raised = raises.value;
-            cut.d_raised = raises.by_d * line.away + (raises.by_half_width * line.section_step.y
-                + raises.by_floor_width * line.section_step.w + raises.by_reach * line.reach_step) * line.along;
+            cut.d_raised = raises.by_d * line.away + raises.by_half_width * line.by_bank
+                + (raises.by_floor_width * line.section_step.w + raises.by_reach * line.reach_step) * line.along;
         }
-        TerrainRiverSectionSlopes section = terrain_river_section_slopes(line.d, half_width, line.section.z);
+        TerrainRiverSectionSlopes section = terrain_river_section_slopes(line.d, line.bank, line.section.z);
         TerrainRiverShareSlopes share = terrain_river_share_slopes(line.d, half_width, line.reach);
         first = k == p.lines.x ? line.section.x : first;
         float own = line.section.x - first + section.value;
         total += share.value;
         sum += share.value * own;
-        vec3 d_own = section.by_d * line.away + (line.section_step.x + section.by_half_width * line.section_step.y
-            + section.by_depth * line.section_step.z) * line.along;
+        vec3 d_own = section.by_d * line.away + section.by_half_width * line.by_bank
+            + (line.section_step.x + section.by_depth * line.section_step.z) * line.along;
         vec3 d_share = share.by_d * line.away
             + (share.by_half_width * line.section_step.y + share.by_reach * line.reach_step) * line.along;
         d_total += d_share;

@@ -155,7 +155,7 @@ struct Shown {
     vec3 rises, gradient;   // the vertices' gradient; with all that shows of it
 };
 
-Shown ground_shown(Spot s, vec4 attributes) {
+Shown ground_shown(Spot s, vec4 attributes, ivec2 pixel) {
     float roughness = terrain_roughness(attributes), moisture = attributes.y;
     vec3 rises = s.zenith - s.coarse / max(dot(s.coarse, s.zenith), 0.05), gradient = rises;
 
@@ -186,6 +186,11 @@ Shown ground_shown(Spot s, vec4 attributes) {
     wooded = terrain_wooded(s.D, s.footprint_m);
 #endif
     Ground ground = ground_at(detail, s.zenith, s.height_m, gradient, roughness, moisture, s.footprint_m, wooded);
+#ifdef GROUND_RIVERS
+    NarrowWater banks = narrow_water(pixel);
+    ground.barred = banks.barred;
+    ground.silted = land_water_silt(banks.muddy);
+#endif
     Material material = terrain_material(ground);
 #ifdef GROUND_COVER
     material.inland *= wooded;
@@ -213,7 +218,7 @@ Shown ground_shown(Spot s, vec4 attributes) {
 vec3 ground_radiance(ivec2 pixel) {
     vec4 attributes = texel_at(u_attributes, pixel);
     Spot s = spot_at(pixel, attributes);
-    Shown shown = ground_shown(s, attributes);
+    Shown shown = ground_shown(s, attributes, pixel);
     Ground ground = shown.ground;
     Material material = shown.material;
     vec3 gradient = shown.gradient;

@@ -17,9 +17,11 @@ struct LandWater {
     vec3 fall_tilt;         // slope of the level there
     float half_width, deep; // of the nearest: half its width, depth in its middle
     float lake;             // 1: that is a lake
+    float bar;              // m from the edge of gravel or mud along it, negative on that
 };
 
 const float WATER_NOWHERE_M = 3.0e38;
+const float BAR_STRIP_M = 3.0, BAR_MOST_M = 40.0;   // widths of gravel along banks at most, and on bars
 const float WATER_DAMP_M = 0.3;   // ground up to so high over the water is wet
 // Water that is narrower, in pixels, is a share of the ground's.
 const float WATER_WIDE_PX = 1.5;
@@ -64,7 +66,7 @@ struct WaterSums {
 };
 
 const LandWater NO_LAND_WATER = LandWater(0.0, WATER_NOWHERE_M, 0.0, 0.0, false, WATER_NOWHERE_M, vec3(0.0),
-    vec3(0.0), 0.0, 0.0, 0.0, vec3(0.0), 0.0, 0.0, 0.0);
+    vec3(0.0), 0.0, 0.0, 0.0, vec3(0.0), 0.0, 0.0, 0.0, WATER_NOWHERE_M);
 const WaterSums NO_WATER_SUMS = WaterSums(0.0, 0.0, 0.0, 0.0, false);
 
 // Half of what a pixel reaches at right angles to a line, in the line's metres. across, along: its sides on the ground,
@@ -75,16 +77,25 @@ float water_reach_of(RiverLine line, RiverPlace p, vec3 across, vec3 along) {
 }
 
 float water_share_of(RiverLine line, float reach) {
-    float half_width = line.section.y;
+    float half_width = line.bank;
     float counted = min(half_width * WATER_WIDENED, max(half_width, sqrt(half_width * 0.25 * reach)));
     return smoothstep(WATER_LEAST_PX, WATER_FADES_PX, half_width / reach)
         * water_coverage(line.d, counted, reach);
 }
 
+// Metres from the edge of what a river leaves along its banks: bars where they draw back from straight ones, a strip
+// elsewhere.
+float water_bar(RiverLine line) {
+    float half_width = line.bank, uneven = terrain_table.rivers.uneven;
+    float strip = uneven * min(0.3 + 0.06 * half_width, BAR_STRIP_M);
+    float bars = min(max(line.section.y - half_width, 0.0), min(0.5 * half_width, BAR_MOST_M));
+    return half_width > 0.0 ? line.d - half_width - strip - bars : WATER_NOWHERE_M;
+}
+
 // Adds a line.
 void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, RiverPlace p, vec3 across, vec3 along) {
-    float half_width = line.section.y, deep = line.section.z, wet = half_width > 0.0 ? 1.0 : 0.0;
-    float share = wet * terrain_river_share(line.d, half_width, line.reach);
+    float half_width = line.bank, deep = line.section.z, wet = half_width > 0.0 ? 1.0 : 0.0;
+    float share = wet * terrain_river_share(line.d, line.section.y, line.reach);
     float section = terrain_river_section(line.d, half_width, deep);
     sums.first = sums.some ? sums.first : line.section.x;
     sums.some = true;
@@ -117,6 +128,7 @@ void land_water_add(inout LandWater w, inout WaterSums sums, RiverLine line, Riv
     w.half_width = nearer ? half_width : w.half_width;
     w.deep = nearer ? deep : w.deep;
     w.lake = nearer ? line.lake : w.lake;
+    w.bar = nearer ? water_bar(line) : w.bar;
     w.beyond = nearer ? beyond : w.beyond;
 }
 

@@ -29,7 +29,7 @@ def currents(table: RiverTable, points: Floats, pairs: Pairs) -> Floats:
     Mean speed through a parabolic section is discharge over 4/3 of half width times depth, 1.5 of that in its middle,
     none at its edge. Where lines meet, each counts by the depth that it gives the place.
     """
-    half, deep = pairs.value[1:3]
+    half, deep = pairs.bank, pairs.value[2]
     discharge = pairs.value[6]
     inside = np.clip(pairs.d / np.maximum(half, 1e-3), 0.0, 1.0)
     left = np.where(half > 0.0, 1.0 - inside * inside, 0.0)
@@ -52,7 +52,7 @@ def currents(table: RiverTable, points: Floats, pairs: Pairs) -> Floats:
 
 def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats, up: Floats) -> Floats:
     """(3, W) unit, level, where all is bent, for pairs `wet` (W,) at bent places (3, W)."""
-    line, half, lake = pairs.line.take(wet), pairs.value[1].take(wet), pairs.value[5].take(wet) > 0.5
+    line, half, lake = pairs.line.take(wet), pairs.bank.take(wet), pairs.value[5].take(wet) > 0.5
     a, b = node_places(table, line), node_places(table, table.to.take(line))
     along = _level(b - a, up)
     length_m = np.sqrt((along * along).sum(axis=0))
@@ -60,8 +60,7 @@ def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats
     after = ((place - b) * along).sum(axis=0) > 0.0
     away, d = pairs.away.take(wet, axis=1), pairs.d.take(wet)
     # Water keeps its share of the width where that changes.
-    within = (pairs.along.take(wet, axis=1) != 0.0).any(axis=0)
-    narrows = np.where(within, d / half * pairs.steps[1].take(wet) / np.maximum(length_m, 1e-3), 0.0)
+    narrows = d / half * (pairs.by_bank.take(wet, axis=1) * along).sum(axis=0)
     # Round the end of a line that goes on, not across the bank; out of the last one straight on.
     to = table.to.take(line)
     goes_on = table.to.take(to) >= 0

@@ -11,11 +11,12 @@ from typing import Any
 
 from .. import height_steps
 from ..height_statements import Statements
-from ..height_steps import positive, unit
+from ..height_steps import positive, smoothstep, unit
 
 __all__ = [
     "HELD",
     "NEAR_M2",
+    "bank_slopes",
     "open_slopes",
     "raise_slopes",
     "section_slopes",
@@ -32,6 +33,35 @@ BANK_M, BANK_SHARE = 0.3, 0.6
 """Banks rise by so much and by this share of the water's depth."""
 FLOOR_SLOPE = 0.003
 """Of a valley's floor, towards its sides."""
+BANK_STEEP, BANK_MOST = 0.3, 0.28
+"""How far noise moves a bank: by its wavelength, and by the half width at most."""
+BANK_COARSE_M, BANK_MIDDLE_M, BANK_FINE_M = 256.0, 64.0, 16.0
+"""Wavelengths of that noise: powers of two."""
+BANK_INWARD = 0.6
+"""By so much of the most that it moves them banks lie further in, where the floor has no room for more water."""
+BANK_NARROWEST = 0.4
+"""Of the half width so much is left anywhere."""
+BANK_OUT = 3 * BANK_MOST * 1.5
+"""Of the half width, more than noise moves banks out: each octave stays below 1.5 (engine/surface/noise.py)."""
+BANK_FAR = 2.5
+"""Half widths from the line from which on its banks count as straight."""
+
+
+def river_bank(
+    d: Any, half_width: Any, floor_width: Any, share: Any, coarse: Any, middle: Any, fine: Any
+) -> Any:
+    """Half width of the water between uneven banks. share: how uneven, 0..1; coarse, middle, fine: noise between -1
+    and 1."""
+    largest = share * BANK_MOST * half_width
+    most_coarse = largest - positive(largest - share * BANK_STEEP * BANK_COARSE_M)
+    most_middle = largest - positive(largest - share * BANK_STEEP * BANK_MIDDLE_M)
+    most_fine = largest - positive(largest - share * BANK_STEEP * BANK_FINE_M)
+    room = floor_width - half_width
+    inward = positive(BANK_INWARD * (most_coarse + most_middle + most_fine) - room)
+    moved = most_coarse * coarse + most_middle * middle + most_fine * fine - inward
+    within = moved - positive(moved - room)
+    kept = within + positive((BANK_NARROWEST - 1.0) * half_width - within)
+    return half_width + kept * smoothstep(BANK_FAR - d / (half_width + 0.001))
 
 
 def river_open(d: Any, floor_width: Any, reach: Any) -> Any:
@@ -67,9 +97,9 @@ def river_share(d: Any, half_width: Any, reach: Any) -> Any:
 
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), {**vars(height_steps), **globals()})
-_NAMES = ("river_open", "river_raise", "river_section", "river_share")
+_NAMES = ("river_bank", "river_open", "river_raise", "river_section", "river_share")
 _SLOPES = {name: _MADE[name].slopes({}) for name in _NAMES}
-open_slopes, raise_slopes, section_slopes, share_slopes = (_MADE.python(_SLOPES[name]) for name in _NAMES)
+bank_slopes, open_slopes, raise_slopes, section_slopes, share_slopes = (_MADE.python(_SLOPES[name]) for name in _NAMES)
 """The value and its derivatives by the inputs."""
 
 

@@ -5,6 +5,8 @@ the ground: what points up or down is taken away.
 
 Most lines of a cell are too far away to say anything. The place itself tells, since the warp moves it by so much at
 most; the others are left out before it is moved.
+
+Near water banks are uneven (banks.py); levels know straight ones alone.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.surface.noise import Corners
+from .banks import uneven
 from .form import HELD
 from .table import CELL_STEPS, RiverTable, cell_keys
 
@@ -43,6 +46,10 @@ class Pairs:
     """(8, P) of the river there"""
     steps: Floats
     """(8, P) of these along the whole line"""
+    bank: Floats
+    """(P,) half width between uneven banks, m"""
+    by_bank: Floats
+    """(3, P) how that changes with the bent place"""
     d: Floats
     """(P,) m"""
     away: Floats
@@ -112,7 +119,10 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
     steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
     value = upstream + t * steps
     along, away = np.where(inside, way / square, 0.0), off / np.maximum(d, 1e-9)
-    pairs = Pairs(where, first, near, many, line, value, steps, d, away, along, length_m, end_m, bends)
+    bank, by_bank = value[1].copy(), steps[1] * along
+    if table.uneven > 0.0:
+        uneven(table.banks, table.uneven, bent, d, value, steps, along, away, bank, by_bank)
+    pairs = Pairs(where, first, near, many, line, value, steps, bank, by_bank, d, away, along, length_m, end_m, bends)
     if not in_reach:
         return pairs
     floor, reach = value[3:5]
@@ -167,6 +177,6 @@ def _part(pairs: Pairs, kept: Indices) -> Pairs | None:
         return rows.take(kept, axis=-1)
 
     return Pairs(
-        where, first, near, many, pairs.line.take(kept), part(pairs.value), part(pairs.steps), part(pairs.d),
-        part(pairs.away), part(pairs.along), part(pairs.length_m), part(pairs.end_m), pairs.bends.at(still),
+        where, first, near, many, pairs.line.take(kept), part(pairs.value), part(pairs.steps), pairs.bank.take(kept), part(pairs.by_bank),
+        part(pairs.d), part(pairs.away), part(pairs.along), part(pairs.length_m), part(pairs.end_m), pairs.bends.at(still),
     )  # fmt: skip

@@ -38,6 +38,8 @@ class RiverKey:
     climate: ClimateParams
     cells: int
     strength: float
+    banks: float = 1.0
+    """how uneven these are"""
 
 
 class RiverSource:
@@ -131,7 +133,7 @@ def _made(key: RiverKey, progress: Callable[[float], None] | None) -> RiverTable
     except ValueError as error:
         log.warning("a ground without rivers: %s", error)
         return None
-    return None if nodes is None else river_table(nodes, key.params.radius_m, key.params.seed)
+    return None if nodes is None else river_table(nodes, key.params.radius_m, key.params.seed, banks=key.banks)
 
 
 source = RiverSource()

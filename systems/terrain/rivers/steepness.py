@@ -17,7 +17,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .form import BANK_M, BANK_SHARE, FLOOR_SLOPE, NEAR_M2, river_open, river_section, river_share
+from .form import BANK_FAR, BANK_M, BANK_SHARE, FLOOR_SLOPE, NEAR_M2, river_open, river_section, river_share
 from .pairs import Pairs, chosen
 from .table import RiverTable
 from .valleys import Valleys
@@ -28,6 +28,10 @@ Floats = NDArray[np.float64]
 
 MARGIN = 2.0
 """The warp stretches distances by 1.9 at most, by 1.6 on all but one of a hundred places."""
+UNEVEN = 1.8
+"""Noise makes a bank turn by so much: three octaves that change by 0.3 of a way each, and what fades further out."""
+UNEVEN_BEND, UNEVEN_BEND_PER_M = 8.0, 0.15
+"""How fast that changes: by the half width where it fades, and 0.3 by wavelengths of 16 m and more where it is noise."""
 _VALUE_BEND = 10.0 / np.sqrt(3.0) * 2.0
 """The largest second derivative of value noise between -1 and 1 along an axis, by the lattice coordinate: the quintic's
 times the step between corners."""
@@ -66,20 +70,22 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
     if pairs is None:
         return result
     at, first = pairs.near, pairs.first
-    half, depth = pairs.value[1:3]
+    half, depth = pairs.bank, pairs.value[2]
     heard, beyond = pairs.d < pairs.value[4], np.maximum(pairs.d - half, 0.0)
 
     def largest(values: Floats) -> Floats:
         return np.maximum.reduceat(np.where(heard, values, 0.0), first)
 
     _sides(result, found, pairs, table)
+    uneven = np.where(_uneven(pairs), 1.0 + UNEVEN * table.uneven, 1.0)
     # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
     bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
     bed = np.where(pairs.d < half, 2.0 * depth / (half + 1e-3), 0.0)
-    result[Steepness.BANK, at] = MARGIN * largest(bank + bed)
-    result[Steepness.EDGE, at] = largest(1.0 / np.maximum(np.abs(pairs.d - half), 1e-9))
+    banks = uneven * (bank + bed)
+    result[Steepness.BANK, at] = MARGIN * largest(banks)
+    result[Steepness.EDGE, at] = largest(uneven / np.maximum(np.abs(pairs.d - half), 1e-9))
     result[Steepness.HELD, at] = found.raised[at] > 0.0
-    _floors(result, found, pairs, bank + bed)
+    _floors(result, found, pairs, banks, table.uneven)
     return result
 
 
@@ -102,11 +108,16 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
     result[Steepness.SIDE, at] = MARGIN * side * np.sqrt(np.maximum(1.0 - left, 0.0)) + kink
 
 
-def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats) -> None:
-    """Fills FLOOR and FLOOR_BEND. banks (P,): slopes of each line's own bank and bed."""
-    level, half, depth, _, reach = pairs.value[:5]
-    d, first, at = pairs.d, pairs.first, pairs.near
-    share, beyond = river_share(d, half, reach), np.maximum(d - half, 0.0)
+def _uneven(pairs: Pairs) -> NDArray[np.bool_]:
+    """(P,) where noise moves banks."""
+    return pairs.d < BANK_FAR * pairs.value[1]
+
+
+def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats, uneven: float) -> None:
+    """Fills FLOOR and FLOOR_BEND. banks (P,): slopes of each line's own bank and bed. uneven: how much."""
+    level, straight, depth, _, reach = pairs.value[:5]
+    d, half, first, at = pairs.d, pairs.bank, pairs.first, pairs.near
+    share, beyond = river_share(d, straight, reach), np.maximum(d - straight, 0.0)
     total = np.add.reduceat(share, first)
     share = np.divide(share, np.repeat(total, pairs.many), out=np.zeros_like(share), where=share > 0.0)
 
@@ -122,7 +133,10 @@ def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats) -> None
     # One line alone does not bend but at its ends; of several those say more that differ from the mean.
     others = np.maximum(fall * (1.0 - 2.0 * share) + np.repeat(mean(fall), pairs.many), 0.0)
     bends = 1.5 * mixed * turns + 2.0 * turns * others + 8.0 * falls / np.maximum(pairs.end_m, 1e-9)
-    bends += 2.0 * banks / np.maximum(beyond, 1e-9)
+    bends += 2.0 * banks / np.maximum(d - half, 1e-9)
+    # Where noise moves banks, and that fades with the distance.
+    curls = np.where(_uneven(pairs), UNEVEN_BEND_PER_M + UNEVEN_BEND / np.maximum(half, 1e-9), 0.0)
+    bends += uneven * banks * curls
     result[Steepness.FLOOR_BEND, at] = MARGIN * mean(bends)
 
 

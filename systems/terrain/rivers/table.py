@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ....engine.surface.noise import Lattice
 from ....engine.table_cache import TableCache
+from .banks import bank_lattice
 from .bends import BEND_CELLS, BEND_SHARES, bend_amplitudes_m, bend_lattice, river_cell_m
 from .form import HELD
 from .node_arrays import RiverNodes
@@ -66,6 +67,8 @@ class RiverTable:
     given: bool = False
     """somebody's map says where water is: no warp bends its lines, nor do they carve; lakes are where ground within
     reach of a lake's line lies below its level"""
+    uneven: float = 0.0
+    """how uneven banks are, 0..1"""
 
     @cached_property
     def bends(self) -> Lattice:
@@ -118,14 +121,20 @@ class RiverTable:
         """(N,) of the water of the lines that begin at nodes, at their wider end; 0 without a line or water."""
         return _half_widths(self.to, self.values)
 
+    @cached_property
+    def banks(self) -> Lattice:
+        """Octaves of the noise that makes banks uneven."""
+        return bank_lattice(self.cell_m / CELL_STEPS)
+
     @property
     def nbytes(self) -> int:
         """Memory of the arrays."""
         return sum(a.nbytes for a in (self.place, self.to, self.values, self.keys, self.begin, self.lines))
 
 
-def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = False) -> RiverTable:
-    """The table of these nodes on a planet of that radius. seed: of the bends. given: as RiverTable has it."""
+def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = False, banks: float = 1.0) -> RiverTable:
+    """The table of these nodes on a planet of that radius. seed: of the bends. given: as RiverTable has it. banks: how
+    uneven they are; where they are given, not at all."""
     cell_m = river_cell_m(radius_m)
     place = np.rint(nodes.direction * (radius_m / cell_m * CELL_STEPS)).astype(np.int64)
     place = np.clip(place, -(2**31), 2**31 - 1).astype(np.int32)
@@ -138,7 +147,8 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = Fal
         reach = np.where(nodes.lake, reach, np.maximum(reach, values[:, 1] + np.float32(BESIDE_M)))
     keys, begin, lines = _kept_cells(place, nodes.to, reach / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
-    return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given)
+    uneven = 0.0 if given else banks
+    return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given, uneven)
 
 
 def _half_widths(to: Integers, values: NDArray[np.float32]) -> NDArray[np.float32]:

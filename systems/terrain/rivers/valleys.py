@@ -88,8 +88,8 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
         return found
     level, half, depth, floor, reach, lake = pairs.value[:6]
     at, first, d = pairs.near, pairs.first, pairs.d
-    share, section = river_share(d, half, reach), river_section(d, half, depth)
-    opens, raises = river_open(d, floor, reach), river_raise(d, half, floor, reach, lake)
+    share, section = river_share(d, half, reach), river_section(d, pairs.bank, depth)
+    opens, raises = river_open(d, floor, reach), river_raise(d, pairs.bank, floor, reach, lake)
     total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
     mean = level[first]
@@ -116,8 +116,8 @@ def _d_base(pairs: Pairs, share: Floats, apart: Floats, total: Floats) -> Floats
     _, half, depth, _, reach = pairs.value[:5]
     s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
     d, away, along = pairs.d, pairs.away, pairs.along
-    sections, shares = section_slopes(d, half, depth), share_slopes(d, half, reach)
-    d_own = sections[1] * away + (s_level + sections[2] * s_half + sections[3] * s_depth) * along
+    sections, shares = section_slopes(d, pairs.bank, depth), share_slopes(d, half, reach)
+    d_own = sections[1] * away + sections[2] * pairs.by_bank + (s_level + sections[3] * s_depth) * along
     d_share = shares[1] * away + (shares[2] * s_half + shares[3] * s_reach) * along
     d_base = np.add.reduceat(share * d_own + apart * d_share, pairs.first, axis=1)
     return np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
@@ -133,11 +133,11 @@ def _d_open(pairs: Pairs, k: NDArray[np.int64]) -> Floats:
 
 def _d_raised(pairs: Pairs, m: NDArray[np.int64]) -> Floats:
     """(3, K) by the bent place, of the pairs that say it."""
-    _, half, _, floor, reach, lake = pairs.value[:6, m]
-    _, s_half, _, s_floor, s_reach = pairs.steps[:5, m]
-    raises = raise_slopes(pairs.d[m], half, floor, reach, lake)
-    by_line = raises[2] * s_half + raises[3] * s_floor + raises[4] * s_reach
-    return raises[1] * pairs.away[:, m] + by_line * pairs.along[:, m]
+    floor, reach, lake = pairs.value[3:6, m]
+    s_floor, s_reach = pairs.steps[3:5, m]
+    raises = raise_slopes(pairs.d[m], pairs.bank[m], floor, reach, lake)
+    by_line = raises[3] * s_floor + raises[4] * s_reach
+    return raises[1] * pairs.away[:, m] + raises[2] * pairs.by_bank[:, m] + by_line * pairs.along[:, m]
 
 
 def beside_water(table: RiverTable, points: Floats) -> Floats:
@@ -146,7 +146,7 @@ def beside_water(table: RiverTable, points: Floats) -> Floats:
     found = np.zeros(points.shape[1])
     pairs = river_pairs(table, points, more_m=BESIDE_M * table.given)
     if pairs is not None:
-        half, reach, lake = pairs.value[1], pairs.value[4], pairs.value[5]
+        half, reach, lake = pairs.bank, pairs.value[4], pairs.value[5]
         wide = BESIDE_M if table.given else np.minimum(BESIDE_M, np.maximum(reach - half, 1e-3))
         wets = (half > 0.0) & ~((lake > 0.5) & table.given)
         near = np.where(wets, np.clip(1.0 - (pairs.d - half) / wide, 0.0, 1.0), 0.0)
@@ -172,8 +172,8 @@ def waters(table: RiverTable, points: Floats) -> Waters:
         return np.divide(np.add.reduceat(share * values, pairs.first), total, out=np.zeros(len(at)), where=heard)
 
     level[at] = np.where(heard, mean + heard_of(height - np.repeat(mean, pairs.many)), 0.0)
-    depth[at] = np.maximum(-heard_of(river_section(pairs.d, half, deep)), 0.0)
-    edge = np.where(half > 0.0, pairs.d - half, np.inf)
+    depth[at] = np.maximum(-heard_of(river_section(pairs.d, pairs.bank, deep)), 0.0)
+    edge = np.where(half > 0.0, pairs.d - pairs.bank, np.inf)
     beyond[at] = np.minimum.reduceat(edge, pairs.first)
     current[:, at] = currents(table, points, pairs)
     return Waters(level, beyond, depth, current)

@@ -1,0 +1,61 @@
+"""Banks that are uneven: the water's half width differs from that of its line, by noise at the bent place.
+
+Far from the water nothing of it is left, so that most places on land ask no noise. It counts in whole steps of nodes'
+places, as the GPU does (bank_noise of assets/shaders/terrain/rivers.glsl): no lattices of its own around an anchor.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....engine.surface.noise import Lattice
+from .form import BANK_COARSE_M, BANK_FAR, BANK_FINE_M, BANK_MIDDLE_M, bank_slopes
+
+__all__ = ["BANK_OFFSETS", "bank_bits", "bank_lattice", "uneven"]
+
+Floats = NDArray[np.float64]
+
+BANK_OFFSETS = (1013, 2027, 3041)
+"""Cells by which the three lattices, coarse, middle and fine, are shifted along all axes."""
+
+
+def bank_bits(step_m: float) -> tuple[int, int, int]:
+    """Logarithms of the three wavelengths, in steps of nodes' places; of small planets, whose steps are a part of a
+    micrometre, no more than whole numbers hold."""
+    bits = [round(math.log2(m / step_m)) for m in (BANK_COARSE_M, BANK_MIDDLE_M, BANK_FINE_M)]
+    return min(bits[0], 30), min(bits[1], 28), min(bits[2], 26)
+
+
+def bank_lattice(step_m: float) -> Lattice:
+    """Octaves of the noise of banks."""
+    return Lattice.of([step_m * 2.0**b for b in bank_bits(step_m)], np.repeat(np.array([BANK_OFFSETS]).T, 3, axis=1))
+
+
+def uneven(
+    lattice: Lattice,
+    share: float,
+    bent: Floats,
+    d: Floats,
+    value: Floats,
+    steps: Floats,
+    along: Floats,
+    away: Floats,
+    bank: Floats,
+    by_bank: Floats,
+) -> None:
+    """Of P pairs changes `bank` (P,), half widths, and by_bank (3, P), how these change with the bent place. The others as Pairs has
+    them; bent: (3, P). share: how uneven, 0..1."""
+    near = np.flatnonzero(d < BANK_FAR * value[1])
+    if not near.size:
+        return
+    noise, slope = lattice.cells(bent.take(near, axis=1)).noise_derivative()
+    made = bank_slopes(d[near], value[1, near], value[3, near], share, *noise)
+    bank[near] = made[0]
+    by_line = made[2] * steps[1, near] + made[3] * steps[3, near]
+    changed = made[1] * away[:, near] + by_line * along[:, near]
+    for octave in range(3):
+        changed += made[5 + octave] * lattice.frequency[octave] * slope[:, octave]
+    by_bank[:, near] = changed
