@@ -7,16 +7,22 @@ places, as the GPU does (bank_noise of assets/shaders/terrain/rivers.glsl): no l
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....engine.surface.noise import Lattice
-from .form import BANK_COARSE_M, BANK_FAR, BANK_FINE_M, BANK_MIDDLE_M, bank_slopes
+from ....engine.surface.noise import Corners, Lattice
+from .form import BANK_COARSE_M, BANK_FAR, BANK_FINE_M, BANK_MIDDLE_M, bank_slopes, river_bank
 
-__all__ = ["BANK_OFFSETS", "bank_bits", "bank_lattice", "uneven"]
+if TYPE_CHECKING:
+    from .pairs import Pairs
+    from .table import RiverTable
+
+__all__ = ["BANK_OFFSETS", "bank_bits", "bank_gradient", "bank_lattice", "uneven"]
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 BANK_OFFSETS = (1013, 2027, 3041)
 """Cells by which the three lattices, coarse, middle and fine, are shifted along all axes."""
@@ -34,28 +40,29 @@ def bank_lattice(step_m: float) -> Lattice:
     return Lattice.of([step_m * 2.0**b for b in bank_bits(step_m)], np.repeat(np.array([BANK_OFFSETS]).T, 3, axis=1))
 
 
-def uneven(
-    lattice: Lattice,
-    share: float,
-    bent: Floats,
-    d: Floats,
-    value: Floats,
-    steps: Floats,
-    along: Floats,
-    away: Floats,
-    bank: Floats,
-    by_bank: Floats,
-) -> None:
-    """Of P pairs changes `bank` (P,), half widths, and by_bank (3, P), how these change with the bent place. The others as Pairs has
-    them; bent: (3, P). share: how uneven, 0..1."""
-    near = np.flatnonzero(d < BANK_FAR * value[1])
-    if not near.size:
-        return
-    noise, slope = lattice.cells(bent.take(near, axis=1)).noise_derivative()
-    made = bank_slopes(d[near], value[1, near], value[3, near], share, *noise)
-    bank[near] = made[0]
-    by_line = made[2] * steps[1, near] + made[3] * steps[3, near]
-    changed = made[1] * away[:, near] + by_line * along[:, near]
-    for octave in range(3):
-        changed += made[5 + octave] * lattice.frequency[octave] * slope[:, octave]
-    by_bank[:, near] = changed
+def uneven(lattice: Lattice, share: float, bent: Floats, d: Floats, value: Floats) -> tuple[Floats, Indices, Corners]:
+    """Half widths (P,) between banks of P pairs, which of the pairs noise may move (Q,), and that noise's corners.
+
+    bent: (3, P); d, value: as Pairs has them; share: how uneven, 0..1.
+    """
+    near = np.flatnonzero(d < BANK_FAR * value[1]) if share > 0.0 else np.empty(0, np.int64)
+    corners = lattice.cells(bent.take(near, axis=1))
+    bank = value[1].copy()
+    if near.size:
+        bank[near] = river_bank(d[near], value[1, near], value[3, near], share, *corners.noise())
+    return bank, near, corners
+
+
+def bank_gradient(table: RiverTable, pairs: Pairs) -> Floats:
+    """(3, P) how half widths between banks change with the bent place."""
+    found = pairs.steps[1] * pairs.along
+    near = pairs.moved
+    if near.size:
+        noise, slope = pairs.noise.noise_derivative()
+        made = bank_slopes(pairs.d[near], pairs.value[1, near], pairs.value[3, near], table.uneven, *noise)
+        by_line = made[2] * pairs.steps[1, near] + made[3] * pairs.steps[3, near]
+        changed = made[1] * pairs.away[:, near] + by_line * pairs.along[:, near]
+        for octave, frequency in enumerate(table.banks.frequency):
+            changed += made[5 + octave] * frequency * slope[:, octave]
+        found[:, near] = changed
+    return found

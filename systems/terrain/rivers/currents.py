@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .banks import bank_gradient
 from .pairs import Pairs, bent_by_place, node_places
 from .table import RiverTable
 
@@ -60,7 +61,7 @@ def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats
     after = ((place - b) * along).sum(axis=0) > 0.0
     away, d = pairs.away.take(wet, axis=1), pairs.d.take(wet)
     # Water keeps its share of the width where that changes.
-    narrows = d / half * (pairs.by_bank.take(wet, axis=1) * along).sum(axis=0)
+    narrows = d / half * (bank_gradient(table, pairs).take(wet, axis=1) * along).sum(axis=0)
     # Round the end of a line that goes on, not across the bank; out of the last one straight on.
     to = table.to.take(line)
     goes_on = table.to.take(to) >= 0

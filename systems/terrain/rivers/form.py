@@ -47,9 +47,7 @@ BANK_FAR = 2.5
 """Half widths from the line from which on its banks count as straight."""
 
 
-def river_bank(
-    d: Any, half_width: Any, floor_width: Any, share: Any, coarse: Any, middle: Any, fine: Any
-) -> Any:
+def river_bank(d: Any, half_width: Any, floor_width: Any, share: Any, coarse: Any, middle: Any, fine: Any) -> Any:
     """Half width of the water between uneven banks. share: how uneven, 0..1; coarse, middle, fine: noise between -1
     and 1."""
     largest = share * BANK_MOST * half_width

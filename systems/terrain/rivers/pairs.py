@@ -48,8 +48,10 @@ class Pairs:
     """(8, P) of these along the whole line"""
     bank: Floats
     """(P,) half width between uneven banks, m"""
-    by_bank: Floats
-    """(3, P) how that changes with the bent place"""
+    moved: Indices
+    """(Q,) which of the pairs have such"""
+    noise: Corners
+    """of the noise that makes them so, (3, 3, Q)"""
     d: Floats
     """(P,) m"""
     away: Floats
@@ -119,14 +121,22 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
     steps[5], upstream[5] = 0.0, upstream[5] * downstream[5]
     value = upstream + t * steps
     along, away = np.where(inside, way / square, 0.0), off / np.maximum(d, 1e-9)
-    bank, by_bank = value[1].copy(), steps[1] * along
-    if table.uneven > 0.0:
-        uneven(table.banks, table.uneven, bent, d, value, steps, along, away, bank, by_bank)
-    pairs = Pairs(where, first, near, many, line, value, steps, bank, by_bank, d, away, along, length_m, end_m, bends)
-    if not in_reach:
-        return pairs
     floor, reach = value[3:5]
-    return _part(pairs, np.flatnonzero(d < np.maximum(reach, floor + HELD * reach) + more_m))
+    kept = np.flatnonzero(d < np.maximum(reach, floor + HELD * reach) + more_m) if in_reach else np.arange(len(d))
+    if not kept.size:
+        return None
+    if len(kept) < len(d):
+        # By take: what is indexed along its last axis has that as its slowest in memory.
+        value, steps, d, away, along, bent, line, length_m, end_m = (
+            rows.take(kept, axis=-1) for rows in (value, steps, d, away, along, bent, line, length_m, end_m)
+        )
+        where, before = where[kept], near
+        first, near, many = _groups(where)
+        bends = bends.at(np.searchsorted(before, near))
+    bank, moved, noise = uneven(table.banks, table.uneven, bent, d, value)
+    return Pairs(
+        where, first, near, many, line, value, steps, bank, moved, noise, d, away, along, length_m, end_m, bends
+    )
 
 
 def node_places(table: RiverTable, nodes: Nodes) -> Floats:
@@ -161,22 +171,3 @@ def _within(table: RiverTable, points: Floats, where: Indices, line: Nodes, more
 
 _ROUNDED = 1.001
 """More than squares of distances between a place and its cell's lines are rounded."""
-
-
-def _part(pairs: Pairs, kept: Indices) -> Pairs | None:
-    if not kept.size:
-        return None
-    if len(kept) == len(pairs.d):
-        return pairs
-    where = pairs.where[kept]
-    first, near, many = _groups(where)
-    still = np.searchsorted(pairs.near, near)
-
-    def part(rows: Floats) -> Floats:
-        # By take: what is indexed along its last axis has that as its slowest in memory.
-        return rows.take(kept, axis=-1)
-
-    return Pairs(
-        where, first, near, many, pairs.line.take(kept), part(pairs.value), part(pairs.steps), pairs.bank.take(kept), part(pairs.by_bank),
-        part(pairs.d), part(pairs.away), part(pairs.along), part(pairs.length_m), part(pairs.end_m), pairs.bends.at(still),
-    )  # fmt: skip

@@ -31,7 +31,7 @@ MARGIN = 2.0
 UNEVEN = 1.8
 """Noise makes a bank turn by so much: three octaves that change by 0.3 of a way each, and what fades further out."""
 UNEVEN_BEND, UNEVEN_BEND_PER_M = 8.0, 0.15
-"""How fast that changes: by the half width where it fades, and 0.3 by wavelengths of 16 m and more where it is noise."""
+"""How fast that changes: by the half width where it fades, and 0.3 by wavelengths from 16 m on where it is noise."""
 _VALUE_BEND = 10.0 / np.sqrt(3.0) * 2.0
 """The largest second derivative of value noise between -1 and 1 along an axis, by the lattice coordinate: the quintic's
 times the step between corners."""

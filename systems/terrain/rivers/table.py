@@ -148,7 +148,9 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = Fal
     keys, begin, lines = _kept_cells(place, nodes.to, reach / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     uneven = 0.0 if given else banks
-    return RiverTable(radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given, uneven)
+    return RiverTable(
+        radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given, uneven
+    )
 
 
 def _half_widths(to: Integers, values: NDArray[np.float32]) -> NDArray[np.float32]:

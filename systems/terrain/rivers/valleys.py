@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..height_steps import layer_weight
+from .banks import bank_gradient
 from .currents import currents
 from .form import (
     open_slopes,
@@ -106,18 +107,19 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
     if d_base is not None and d_raised is not None:
         apart = own - np.repeat(off, pairs.many)
-        d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, share, apart, total))
-        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, chosen(raises, raised[at], pairs)))
+        by_bank = bank_gradient(table, pairs)
+        d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, by_bank, share, apart, total))
+        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, by_bank, chosen(raises, raised[at], pairs)))
     return found
 
 
-def _d_base(pairs: Pairs, share: Floats, apart: Floats, total: Floats) -> Floats:
-    """(3, K) by the bent place. apart: of what each line says from the mean."""
+def _d_base(pairs: Pairs, by_bank: Floats, share: Floats, apart: Floats, total: Floats) -> Floats:
+    """(3, K) by the bent place. by_bank (3, P): how banks change; apart: of what each line says from the mean."""
     _, half, depth, _, reach = pairs.value[:5]
     s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
     d, away, along = pairs.d, pairs.away, pairs.along
     sections, shares = section_slopes(d, pairs.bank, depth), share_slopes(d, half, reach)
-    d_own = sections[1] * away + sections[2] * pairs.by_bank + (s_level + sections[3] * s_depth) * along
+    d_own = sections[1] * away + sections[2] * by_bank + (s_level + sections[3] * s_depth) * along
     d_share = shares[1] * away + (shares[2] * s_half + shares[3] * s_reach) * along
     d_base = np.add.reduceat(share * d_own + apart * d_share, pairs.first, axis=1)
     return np.divide(d_base, total, out=np.zeros_like(d_base), where=total > 0.0)
@@ -131,13 +133,13 @@ def _d_open(pairs: Pairs, k: NDArray[np.int64]) -> Floats:
     return opens[1] * pairs.away[:, k] + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along[:, k]
 
 
-def _d_raised(pairs: Pairs, m: NDArray[np.int64]) -> Floats:
-    """(3, K) by the bent place, of the pairs that say it."""
+def _d_raised(pairs: Pairs, by_bank: Floats, m: NDArray[np.int64]) -> Floats:
+    """(3, K) by the bent place, of the pairs that say it. by_bank (3, P): how banks change."""
     floor, reach, lake = pairs.value[3:6, m]
     s_floor, s_reach = pairs.steps[3:5, m]
     raises = raise_slopes(pairs.d[m], pairs.bank[m], floor, reach, lake)
     by_line = raises[3] * s_floor + raises[4] * s_reach
-    return raises[1] * pairs.away[:, m] + raises[2] * pairs.by_bank[:, m] + by_line * pairs.along[:, m]
+    return raises[1] * pairs.away[:, m] + raises[2] * by_bank[:, m] + by_line * pairs.along[:, m]
 
 
 def beside_water(table: RiverTable, points: Floats) -> Floats:
