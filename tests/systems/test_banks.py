@@ -52,12 +52,13 @@ def beside(table: RiverTable, count: int, widths: float, seed: int = 4) -> Float
 def test_far_from_water_nothing_changes(ground: TerrainParams) -> None:
     table = ground.rivers
     assert table is not None
-    points = beside(table, 3000, 40.0)
+    points = beside(table, 3000, 80.0)
     pairs = river_pairs(table, points)
     assert pairs is not None
-    nearest = np.full(points.shape[1], np.inf)
-    np.minimum.at(nearest, pairs.where, pairs.d / np.maximum(pairs.value[1], 1e-9))
-    far = nearest > BANK_FAR
+    beyond = np.full(points.shape[1], np.inf)
+    # And beyond where meanders end.
+    np.minimum.at(beyond, pairs.where, pairs.valley_d - BANK_FAR * pairs.value[1] - 4.5 * pairs.value[7])
+    far = beyond > 0.0
     directions = (points / table.radius_m).T
     uneven, plain = height(directions, ground), height(directions, straight(ground))
     assert far.sum() > 500 and (uneven[far] == plain[far]).all()
@@ -81,10 +82,30 @@ def test_banks_stay_on_the_floor_and_leave_water(ground: TerrainParams) -> None:
 def test_levels_know_straight_banks_alone(ground: TerrainParams) -> None:
     table = ground.rivers
     assert table is not None
+    still = table.values.copy()
+    still[:, 7] = 0.0
+    table = replace(table, values=still)
     points = beside(table, 2000, 1.5)
     a, b = waters(table, points), waters(replace(table, uneven=0.0), points)
     np.testing.assert_array_equal(a.level_m, b.level_m)
     assert (a.beyond_m != b.beyond_m).any() and (a.depth_m != b.depth_m).any()
+
+
+def test_rivers_wander_over_their_floors(ground: TerrainParams) -> None:
+    table = ground.rivers
+    assert table is not None
+    wanders, lake = table.values[:, 7], table.values[:, 5] > 0.5
+    assert (wanders[lake] == 0.0).all() and (wanders[table.to < 0] == 0.0).all()
+    assert wanders.max() > table.values[:, 1].max(where=~lake, initial=0.0)
+    assert (wanders <= 0.4 * np.maximum(table.values[:, 3] - table.values[:, 1], 0.0) * (1.0 + 1e-6)).all()
+    pairs = river_pairs(table, beside(table, 6000, 6.0))
+    assert pairs is not None and pairs.wander is not None
+    near = pairs.wander.near
+    moved = np.abs(pairs.d - pairs.valley_d)[near]
+    assert (moved <= np.sqrt(3.0) * pairs.wander.metres).all()
+    assert np.median(moved / pairs.wander.metres) > 0.05
+    wet = pairs.d[near] < pairs.bank[near]
+    assert wet.any() and (pairs.valley_d[near][wet] < pairs.value[3, near][wet]).all()
 
 
 def test_the_gradient_is_that_of_the_heights_on_banks() -> None:
@@ -108,7 +129,7 @@ def test_the_gradient_is_that_of_the_heights_on_banks() -> None:
 
 def test_an_edge_wanders_along_a_straight_line() -> None:
     """The share of half a kilometre of bank that lies more than a metre off its own mean line."""
-    params, nodes = with_rivers(EARTH)
+    params, _ = with_rivers(EARTH)
     table = params.rivers
     assert table is not None
     pairs = river_pairs(table, beside(table, 8000, 1.3))

@@ -35,7 +35,7 @@ shared int s_count;
 shared ivec3 s_a[WATER_LINES];
 shared vec3 s_way[WATER_LINES];
 shared vec4 s_above[WATER_LINES], s_below[WATER_LINES];
-shared vec3 s_above_more[WATER_LINES], s_below_more[WATER_LINES];
+shared vec4 s_above_more[WATER_LINES], s_below_more[WATER_LINES];
 
 void take_lines(int record) {
     int lane = int(gl_LocalInvocationIndex), count = water_lines[record * WATER_RECORD];

@@ -1,5 +1,5 @@
 // Tiles of the picture that a river or a lake may show in, and the lines of water that count in them. A lane a tile.
-#define TERRAIN_STRAIGHT_BANKS
+#define TERRAIN_STRAIGHT_BANKS   // tiles count with all that these may move water by
 #include "terrain/water_place.glsl"
 #include "terrain/waters.glsl"
 #include "terrain/tile_waters.glsl"
@@ -72,7 +72,8 @@ TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float
         if (half_width > least) do {
             RiverLine line = river_line(river_ends_of(packed_line), p);
             // Banks are nowhere further out than the floor and than noise moves them.
-            float uneven = clamp(line.section.w - line.section.y, 0.0, RIVER_BANK_OUT * line.section.y);
+            float uneven = clamp(line.section.w - line.section.y, 0.0, RIVER_BANK_OUT * line.section.y)
+                + 1.5 * line.wander;
             float beyond = line.d - half_width - uneven, damp = damp_width(half_width, line.section.z);
             damp = max(damp, terrain_table.rivers.uneven * min(0.6 * half_width + 0.3, BAR_STRIP_M + BAR_MOST_M));
             damp = damp > ground.narrowest ? damp : 0.0;

@@ -125,7 +125,7 @@ RiverPlace river_place(TERRAIN_PLACE D) {
 // What makes banks uneven (systems/terrain/rivers/banks.py).
 void river_ask_banks(inout RiverPlace p) {
     vec3 whole = floor(p.rest), part = p.rest - whole;
-    ivec3 steps = p.steps + ivec3(whole), bits = terrain_table.rivers.bank_bits;
+    ivec3 steps = p.steps + ivec3(whole), bits = min(ivec3(8, 6, 4) + terrain_table.rivers.metre_bits, ivec3(30, 28, 26));
     const ivec3 offsets = ivec3(RIVER_BANK_OFFSET_0, RIVER_BANK_OFFSET_1, RIVER_BANK_OFFSET_2);
     p.banked = true;
     int k = 0;
@@ -141,11 +141,14 @@ void river_ask_banks(inout RiverPlace p) {
 // A line of a river at a place: values of its nodes there, and how they change along the whole of it.
 struct RiverLine {
     vec4 section, section_step;   // level over the anchor's base, half width, depth, half width of the floor
+    float wander;                 // how far the water may lie from the line, along each axis, m
     float bank;                   // half width between uneven banks
     vec3 by_bank;                 // how that changes with the place
     float reach, reach_step, lake, discharge;
-    float d;                      // m from the line
-    vec3 away;                    // unit, from the line to the place
+    float valley_d;               // m from the line
+    vec3 valley_away;             // unit, from the line to the place
+    float d;                      // the same from the water's, which wanders over the floor
+    vec3 away;                    // how that changes with the place
     vec3 along;                   // change of the line's parameter, 1/m; 0 beyond its ends
     vec3 way;                     // of the whole line, m
 };
@@ -157,7 +160,7 @@ struct RiverEnds {
     ivec3 a;              // steps
     vec3 way;             // from there to b, steps
     vec4 above, below;    // at a, and downstream at b: level over the anchor's base, half width, depth, of the floor
-    vec3 above_more, below_more;   // reach, 1 for a lake, discharge
+    vec4 above_more, below_more;   // reach, 1 for a lake, discharge, how far it wanders, m
 };
 
 const int RIVER_NODE_MASK = (1 << RIVER_NODE_BITS) - 1;
@@ -179,13 +182,44 @@ RiverEnds river_ends_of(int packed_line) {
     ends.below = intBitsToFloat(river_texel(nodes + 3 * a.w + 1));
     ends.above.x -= terrain_table.rivers.base_m;
     ends.below.x -= terrain_table.rivers.base_m;
-    ends.above_more = intBitsToFloat(river_texel(nodes + 3 * node + 2).xyz);
-    ends.below_more = intBitsToFloat(river_texel(nodes + 3 * a.w + 2).xyz);
+    ends.above_more = intBitsToFloat(river_texel(nodes + 3 * node + 2));
+    ends.below_more = intBitsToFloat(river_texel(nodes + 3 * a.w + 2));
     return ends;
 }
 
 RiverEnds river_ends(int index) {
     return river_ends_of(river_packed_line(index));
+}
+
+// Moves the place that a line's water is held against (systems/terrain/rivers/meanders.py). way, to_a: level, and to its
+// beginning, steps.
+void river_wander(inout RiverLine line, float wander, float wander_step, vec3 to_a, vec3 way, float per_square,
+    RiverPlace p) {
+    float most = min(float(RIVER_OCTAVE_MOST), 29.0 - float(terrain_table.rivers.metre_bits));
+    float x = clamp(log2(wander / RIVER_MEANDER_SHARE), float(RIVER_OCTAVE_LEAST), most), low = min(floor(x), most - 1.0);
+    float share = x - low;
+    vec3 whole = floor(p.rest), part = p.rest - whole, n[2];
+    ivec3 steps = p.steps + ivec3(whole);
+    mat3 slopes[2];
+    for (int k = 0; k < 2; ++k) {
+        int octave = int(low) + k, bits = octave + terrain_table.rivers.metre_bits;
+        vec3 fraction = (vec3(steps & ((1 << bits) - 1)) + part) * exp2(float(-bits));
+        n[k] = vector_noise((steps >> bits) + RIVER_MEANDER_OFFSET + RIVER_MEANDER_OFFSET_STEP * octave, fraction,
+            slopes[k]);
+        slopes[k] *= exp2(float(-octave));
+    }
+    TerrainRiverWanderSlopes moved = terrain_river_wander_slopes(line.valley_d, line.section.y, wander);
+    vec3 mixed = mix(n[0], n[1], share), more = n[1] - n[0];
+    float by_share = share > 0.0 && share < 1.0 ? moved.value / (wander * 0.6931472) : 0.0;
+    vec3 by_place = moved.by_d * line.valley_away
+        + (moved.by_half_width * line.section_step.y + moved.by_metres * wander_step) * line.along;
+    vec3 rest = p.rest + (moved.value / terrain_table.rivers.step_m) * mixed;
+    float t = clamp(-dot(river_level(to_a - rest, p.up), way) * per_square, 0.0, 1.0);
+    vec3 off = river_level(to_a + t * way - rest, p.up) * terrain_table.rivers.step_m;
+    line.d = length(off);
+    vec3 away = -off / max(line.d, 1e-9);
+    line.away = away + moved.value * (away * ((1.0 - share) * slopes[0] + share * slopes[1]))
+        + dot(away, mixed) * by_place + (dot(away, more) * by_share * wander_step) * line.along;
 }
 
 RiverLine river_line(RiverEnds ends, inout RiverPlace p) {
@@ -204,14 +238,21 @@ RiverLine river_line(RiverEnds ends, inout RiverPlace p) {
     vec3 off = point.high + (point.low - p.rest);
 #endif
     off = river_level(off, p.up) * terrain_table.rivers.step_m;
-    line.d = length(off);
-    line.away = -off / max(line.d, 1e-9);
+    line.valley_d = length(off);
+    line.valley_away = -off / max(line.valley_d, 1e-9);
+    line.d = line.valley_d;
+    line.away = line.valley_away;
     line.section_step = ends.below - ends.above;
     line.section = ends.above + t * line.section_step;
     line.reach_step = ends.below_more.x - ends.above_more.x;
     line.reach = ends.above_more.x + t * line.reach_step;
     line.lake = ends.above_more.y * ends.below_more.y;
     line.discharge = mix(ends.above_more.z, ends.below_more.z, t);
+    line.wander = mix(ends.above_more.w, ends.below_more.w, t);
+#ifndef TERRAIN_STRAIGHT_BANKS
+    if (line.wander > 0.0 && line.valley_d < 2.5 * line.section.y + 4.5 * line.wander)
+        river_wander(line, line.wander, ends.below_more.w - ends.above_more.w, to_a, way, per_square, p);
+#endif
     line.by_bank = line.section_step.y * line.along;
     line.bank = line.section.y;
 #ifndef TERRAIN_STRAIGHT_BANKS
@@ -272,13 +313,13 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
         RiverLine line = river_line(river_ends(k), p);
         float half_width = line.section.y, floor_width = line.section.w;
         cut.beside = max(cut.beside, river_wets(line));
-        TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
+        TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.valley_d, floor_width, line.reach);
         // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
         if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {
             steepest = opens.by_d;
             cut.reach = line.reach;
             cut.open = opens.value;
-            cut.d_open = opens.by_d * line.away
+            cut.d_open = opens.by_d * line.valley_away
                 + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;
         }
         TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, line.bank, floor_width, line.reach,

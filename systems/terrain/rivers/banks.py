@@ -53,15 +53,15 @@ def uneven(lattice: Lattice, share: float, bent: Floats, d: Floats, value: Float
     return bank, near, corners
 
 
-def bank_gradient(table: RiverTable, pairs: Pairs) -> Floats:
-    """(3, P) how half widths between banks change with the bent place."""
+def bank_gradient(table: RiverTable, pairs: Pairs, away: Floats) -> Floats:
+    """(3, P) how half widths between banks change with the bent place. away: how pairs.d does (pairs.by_distance)."""
     found = pairs.steps[1] * pairs.along
     near = pairs.moved
     if near.size:
         noise, slope = pairs.noise.noise_derivative()
         made = bank_slopes(pairs.d[near], pairs.value[1, near], pairs.value[3, near], table.uneven, *noise)
         by_line = made[2] * pairs.steps[1, near] + made[3] * pairs.steps[3, near]
-        changed = made[1] * pairs.away[:, near] + by_line * pairs.along[:, near]
+        changed = made[1] * away[:, near] + by_line * pairs.along[:, near]
         for octave, frequency in enumerate(table.banks.frequency):
             changed += made[5 + octave] * frequency * slope[:, octave]
         found[:, near] = changed

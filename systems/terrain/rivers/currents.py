@@ -2,7 +2,7 @@
 
 Lines are straight where a warp has moved the place to (pairs.py), so that is where ways are found: along the lines,
 towards their middle where the water narrows, and in lakes straight to where they drain. The inverse of the warp's
-derivative turns them into ways on the planet, parallel to the banks.
+derivative turns them into ways on the planet, parallel to the banks; that of meanders (meanders.py) comes before.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .banks import bank_gradient
-from .pairs import Pairs, bent_by_place, node_places
+from .pairs import Pairs, bent_by_place, by_distance, held_by_place, node_places
 from .table import RiverTable
 
 __all__ = ["currents"]
@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 _FASTEST_M_S = 5.0
 """Mean over a section: steep rivers lose what they gain in falls and pools."""
+_MOST_NARROWING = 2.0
+"""Of banks: more is where what bends places flattens them."""
 _LEAST_TURN = 1e-6
 """Where the warp flattens ways to less than this nothing tells how it turned them."""
 
@@ -40,9 +42,8 @@ def currents(table: RiverTable, points: Floats, pairs: Pairs) -> Floats:
     below[wet] = (deep * left)[wet]
     here = points.take(pairs.near, axis=1)
     up = here * (1.0 / table.radius_m)
-    bent_m = here + (table.bend_m[:, None] * pairs.bends.vector()).sum(axis=1)
     by_place = np.repeat(np.arange(len(pairs.near)), pairs.many)[wet]
-    ways = _ways(table, pairs, wet, bent_m.take(by_place, axis=1), up.take(by_place, axis=1))
+    ways = _ways(table, pairs, wet, up.take(by_place, axis=1))
     flow[:, wet] = below[wet] * speed[wet] * ways
     total = np.add.reduceat(below, pairs.first)
     bent = np.divide(
@@ -51,8 +52,9 @@ def currents(table: RiverTable, points: Floats, pairs: Pairs) -> Floats:
     return _unbent(bent_by_place(table, pairs), up, bent)
 
 
-def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats, up: Floats) -> Floats:
-    """(3, W) unit, level, where all is bent, for pairs `wet` (W,) at bent places (3, W)."""
+def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], up: Floats) -> Floats:
+    """(3, W) unit, level, at bent places, for pairs `wet` (W,)."""
+    place = pairs.held.take(wet, axis=1)
     line, half, lake = pairs.line.take(wet), pairs.bank.take(wet), pairs.value[5].take(wet) > 0.5
     a, b = node_places(table, line), node_places(table, table.to.take(line))
     along = _level(b - a, up)
@@ -61,7 +63,14 @@ def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats
     after = ((place - b) * along).sum(axis=0) > 0.0
     away, d = pairs.away.take(wet, axis=1), pairs.d.take(wet)
     # Water keeps its share of the width where that changes.
-    narrows = d / half * (bank_gradient(table, pairs).take(wet, axis=1) * along).sum(axis=0)
+    by_bank, before = bank_gradient(table, pairs, by_distance(pairs)).take(wet, axis=1), along
+    wanders = np.empty(0, np.int64)
+    if pairs.wander is not None:
+        # A part of `wet` and of those that wander, both rising.
+        _, wanders, some = np.intersect1d(wet, pairs.wander.near, assume_unique=True, return_indices=True)
+        turned, before = held_by_place(pairs)[:, :, some], along.copy()
+        before[:, wanders] = _back(turned, up[:, wanders], along[:, wanders])
+    narrows = np.clip(d / half * (by_bank * before).sum(axis=0), -_MOST_NARROWING, _MOST_NARROWING)
     # Round the end of a line that goes on, not across the bank; out of the last one straight on.
     to = table.to.take(line)
     goes_on = table.to.take(to) >= 0
@@ -70,7 +79,21 @@ def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats
     if lake.any():
         target = node_places(table, np.where(after & goes_on, table.to.take(to), to)[lake])
         way[:, lake] = _level(target - place[:, lake], up[:, lake])
-    return way / np.maximum(np.sqrt((way * way).sum(axis=0)), 1e-9)
+    way = way / np.maximum(np.sqrt((way * way).sum(axis=0)), 1e-9)
+    if wanders.size:
+        way[:, wanders] = _unbent(turned, up[:, wanders], way[:, wanders])
+    return way
+
+
+def _back(turned: Floats, up: Floats, ways: Floats) -> Floats:
+    """(3, K) level, what a derivative (3, 3, K) turns into ways (3, K); long where it flattens them."""
+    v = np.cross(up, ways, axis=0)
+    by_u, by_v = (np.einsum("abk,bk->ak", turned, axis) for axis in (ways, v))
+    uu, vu = (ways * by_u).sum(axis=0), (v * by_u).sum(axis=0)
+    uv, vv = (ways * by_v).sum(axis=0), (v * by_v).sum(axis=0)
+    fold = uu * vv - uv * vu
+    fold = np.where(np.abs(fold) > _LEAST_TURN, fold, _LEAST_TURN)
+    return (vv * ways - vu * v) / fold
 
 
 def _unbent(turned: Floats, up: Floats, bent: Floats) -> Floats:

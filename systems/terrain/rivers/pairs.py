@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from ....engine.surface.noise import Corners
 from .banks import uneven
 from .form import HELD
+from .meanders import Wander, wander, wander_by_place
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = ["Pairs", "bent_by_place", "chosen", "node_places", "river_pairs"]
+__all__ = ["Pairs", "bent_by_place", "by_distance", "chosen", "held_by_place", "node_places", "river_pairs"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -52,10 +53,17 @@ class Pairs:
     """(Q,) which of the pairs have such"""
     noise: Corners
     """of the noise that makes them so, (3, 3, Q)"""
-    d: Floats
+    valley_d: Floats
     """(P,) m"""
-    away: Floats
+    valley_away: Floats
     """(3, P) unit, from the line to the place, level"""
+    held: Floats
+    """(3, P) the bent place, moved as the river wanders over its floor (meanders.py)"""
+    d: Floats
+    """(P,) m, from the water's line: that of the valley where rivers don't wander"""
+    away: Floats
+    """(3, P) unit, from the line to the place that is held against it, level"""
+    wander: Wander | None
     along: Floats
     """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
     length_m: Floats
@@ -82,6 +90,21 @@ def bent_by_place(table: RiverTable, pairs: Pairs) -> Floats:
     return turned
 
 
+def held_by_place(pairs: Pairs) -> Floats:
+    """(3, 3, Q): how the places that the pairs of `wander` are held at change [a] with the bent ones [b]."""
+    assert pairs.wander is not None
+    return wander_by_place(pairs.wander, pairs.valley_d, pairs.value, pairs.steps, pairs.valley_away, pairs.along)
+
+
+def by_distance(pairs: Pairs) -> Floats:
+    """(3, P) how the distance from the water's line changes with the bent place."""
+    if pairs.wander is None:
+        return pairs.away
+    found, near = pairs.away.copy(), pairs.wander.near
+    found[:, near] = np.einsum("abq,aq->bq", held_by_place(pairs), pairs.away[:, near])
+    return found
+
+
 def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m: float = 0.0) -> Pairs | None:
     """Of points (3, N) on the reference sphere, m; None without any. in_reach: only lines that say something there, or
     up to more_m beyond, otherwise all lines of the points' cells."""
@@ -105,11 +128,10 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
     up, bent = (np.repeat(v, many, axis=1) for v in (here * (1.0 / table.radius_m), bent))
     to = table.to.take(line)
     a, b = node_places(table, line), node_places(table, to)
-    way, from_a = b - a, bent - a
+    way = b - a
     way = way - up * (up * way).sum(axis=0)
-    from_a = from_a - up * (up * from_a).sum(axis=0)
     square = np.maximum((way * way).sum(axis=0), 1e-6)
-    t = (from_a * way).sum(axis=0) / square
+    t, from_a = _along_line(bent, a, way, square, up)
     inside, length_m = (t > 0.0) & (t < 1.0), np.sqrt(square)
     end_m = np.minimum(np.abs(t), np.abs(1.0 - t)) * length_m
     t = np.clip(t, 0.0, 1.0)
@@ -127,16 +149,34 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
         return None
     if len(kept) < len(d):
         # By take: what is indexed along its last axis has that as its slowest in memory.
-        value, steps, d, away, along, bent, line, length_m, end_m = (
-            rows.take(kept, axis=-1) for rows in (value, steps, d, away, along, bent, line, length_m, end_m)
+        value, steps, d, away, along, bent, line, length_m, end_m, a, way, square, up = (
+            rows.take(kept, axis=-1)
+            for rows in (value, steps, d, away, along, bent, line, length_m, end_m, a, way, square, up)
         )
         where, before = where[kept], near
         first, near, many = _groups(where)
         bends = bends.at(np.searchsorted(before, near))
-    bank, moved, noise = uneven(table.banks, table.uneven, bent, d, value)
+    held, water_d, water_away = bent, d, away
+    wandering, moved_to = wander(table.cell_m / CELL_STEPS, table.uneven, bent, d, value)
+    if wandering is not None:
+        held, water_d, water_away, some = bent.copy(), d.copy(), away.copy(), wandering.near
+        held[:, some] = moved_to
+        t, from_a = _along_line(moved_to, a[:, some], way[:, some], square[some], up[:, some])
+        off = from_a - np.clip(t, 0.0, 1.0) * way[:, some]
+        water_d[some] = np.sqrt((off * off).sum(axis=0))
+        water_away[:, some] = off / np.maximum(water_d[some], 1e-9)
+    bank, moved, noise = uneven(table.banks, table.uneven, bent, water_d, value)
     return Pairs(
-        where, first, near, many, line, value, steps, bank, moved, noise, d, away, along, length_m, end_m, bends
-    )
+        where, first, near, many, line, value, steps, bank, moved, noise, d, away, held, water_d, water_away, wandering,
+        along, length_m, end_m, bends,
+    )  # fmt: skip
+
+
+def _along_line(place: Floats, a: Floats, way: Floats, square: Floats, up: Floats) -> tuple[Floats, Floats]:
+    """(P,) how far along lines the places are, by their lengths; and (3, P) from a to the places, level."""
+    from_a = place - a
+    from_a = from_a - up * (up * from_a).sum(axis=0)
+    return (from_a * way).sum(axis=0) / square, from_a
 
 
 def node_places(table: RiverTable, nodes: Nodes) -> Floats:

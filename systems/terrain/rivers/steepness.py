@@ -93,7 +93,7 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
     """Fills the rows of `open`."""
     _, _, _, floor, reach, _ = pairs.value[:6]
     at, left = pairs.near, found.open[pairs.near]
-    k = chosen(river_open(pairs.d, floor, reach), left, pairs)
+    k = chosen(river_open(pairs.valley_d, floor, reach), left, pairs)
     inside = left < 1.0
     width = reach[k] - floor[k]
     side, change = 2.0 / width, np.abs(pairs.steps[3:5, k]).sum(axis=0) / pairs.length_m[k]
@@ -110,7 +110,7 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
 
 def _uneven(pairs: Pairs) -> NDArray[np.bool_]:
     """(P,) where noise moves banks."""
-    return pairs.d < BANK_FAR * pairs.value[1]
+    return pairs.valley_d < BANK_FAR * pairs.value[1] + 4.5 * pairs.value[7]
 
 
 def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats, uneven: float) -> None:

@@ -21,6 +21,7 @@ from ....engine.table_cache import TableCache
 from .banks import bank_lattice
 from .bends import BEND_CELLS, BEND_SHARES, bend_amplitudes_m, bend_lattice, river_cell_m
 from .form import HELD
+from .meanders import meanders
 from .node_arrays import RiverNodes
 
 __all__ = ["BESIDE_M", "CELL_STEPS", "RiverTable", "cell_keys", "river_table"]
@@ -57,7 +58,7 @@ class RiverTable:
     """(N,) the node downstream, -1: none"""
     values: NDArray[np.float32]
     """(N, 8) at nodes: level, half width of the water, depth, half width of the floor, reach, metres; 1 for a lake;
-    discharge, m3/s; 0"""
+    discharge, m3/s; how far it wanders over its floor, m"""
     keys: NDArray[np.int64] = field(repr=False)
     """(C,) of cells with lines, rising"""
     begin: Integers = field(repr=False)
@@ -148,6 +149,8 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = Fal
     keys, begin, lines = _kept_cells(place, nodes.to, reach / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     uneven = 0.0 if given else banks
+    if uneven > 0.0:
+        values[:, 7] = uneven * meanders(nodes.to, nodes.direction * radius_m, values)
     return RiverTable(
         radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given, uneven
     )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ....engine.made_shaders import made_shader
 from . import form
 from .banks import BANK_OFFSETS
+from .meanders import OCTAVES, octave_offsets
 from .table import BEND_CELLS, CELL_STEPS, RiverTable
 
 __all__ = ["RiverLayout", "river_layout", "river_texels"]
@@ -125,6 +126,9 @@ def _shader() -> str:
         "BANK_FAR": form.BANK_FAR, "BANK_OUT": form.BANK_OUT,
     }  # fmt: skip
     numbers |= {f"BANK_OFFSET_{k}": offset for k, offset in enumerate(BANK_OFFSETS)}
+    first, second = (int(octave_offsets(np.array(float(k)))) for k in (0, 1))
+    numbers |= {"MEANDER_OFFSET": first, "MEANDER_OFFSET_STEP": second - first, "MEANDER_SHARE": form.MEANDER_SHARE}
+    numbers |= {"OCTAVE_LEAST": OCTAVES[0], "OCTAVE_MOST": OCTAVES[1]}
     text = "".join(f"const {type(v).__name__} RIVER_{name} = {v};\n" for name, v in numbers.items())
     return text + form.shader()
 
