@@ -37,7 +37,6 @@ def fibres_texture(gpu: GpuScope, size: int, cache: TableCache | None = None) ->
     levels = size.bit_length()
     whole = np.concatenate([values, np.full((size, size, 1), 255, np.uint8)], axis=2)
     texture = gpu.texture((size, size), "rgba8", whole, levels, 1, "linear", "repeat")
-    texture.build_mipmaps(max_level=levels - 1)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
     return texture
 

@@ -65,7 +65,6 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
     levels = size.bit_length()
     stored, kept = ("r32f", np.float32) if gpu.caps.is_software else ("r16f", np.float16)
     texture = gpu.texture((size, size, size), stored, volume.astype(kept, copy=False), levels, 1, "linear", "repeat")
-    texture.build_mipmaps(max_level=levels - 1)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
     return NoiseVolume(texture, level_deviations(volume, levels))
 
