@@ -140,10 +140,11 @@ def check_texture(
     return TextureInfo(kind, size, levels, layers)
 
 
-def _as_bytes(data: Data | None, info: TextureInfo) -> bytes | None:
+def _as_bytes(data: Data | None, info: TextureInfo) -> bytes | NDArray[np.uint8] | None:
+    """Checked; arrays are not copied, unless they have to be."""
     if data is None:
         return None
-    raw = np.ascontiguousarray(data).tobytes() if isinstance(data, np.ndarray) else bytes(data)
+    raw = np.ascontiguousarray(data).reshape(-1).view(np.uint8) if isinstance(data, np.ndarray) else bytes(data)
     expected = int(np.prod(info.level_size(0))) * info.format.texel_bytes
     if len(raw) != expected:
         found = f"{data.dtype} {data.shape}" if isinstance(data, np.ndarray) else "bytes"

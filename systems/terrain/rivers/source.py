@@ -124,6 +124,13 @@ class RiverSource:
 
 
 def _made(key: RiverKey, progress: Callable[[float], None] | None) -> RiverTable | None:
+    from .kept import keep_table, kept_table
+
+    kept = kept_table(key)
+    if kept is not None:
+        if progress is not None:
+            progress(1.0)
+        return kept
     from .nodes import rivers_of_ground
 
     try:
@@ -131,7 +138,11 @@ def _made(key: RiverKey, progress: Callable[[float], None] | None) -> RiverTable
     except ValueError as error:
         log.warning("a ground without rivers: %s", error)
         return None
-    return None if nodes is None else river_table(nodes, key.params.radius_m, key.params.seed)
+    if nodes is None:
+        return None
+    made = river_table(nodes, key.params.radius_m, key.params.seed)
+    keep_table(key, made)
+    return made
 
 
 source = RiverSource()

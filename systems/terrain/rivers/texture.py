@@ -57,18 +57,20 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     widest = np.zeros(len(many), dtype=np.int32)  # the first of each cell's
     widest[many > 0] = packed[table.begin[:-1][many > 0]] >> _NODE_BITS
     columns, cells = _columns(table, across, (table.begin[:-1] << bits) | many, widest)
-    lines = np.zeros(-(-max(len(table.lines), 1) // 4) * 4, dtype=np.int32)
-    lines[: len(table.lines)] = packed
-    nodes = np.zeros((len(table.place), 3, 4), dtype=np.int32)
+    blocks = _blocks(columns, across)
+    line_rows, node_rows = -(-max(len(table.lines), 1) // 4), 3 * len(table.place)
+    rows = (columns.size // 4, cells.size // 4, line_rows, node_rows, blocks.size // 4)
+    ends = np.cumsum(rows).tolist()
+    width = 1 << _WIDTH_BITS
+    texels = np.zeros((-(-ends[-1] // width) * width, 4), dtype=np.int32)
+    # Each part where it belongs: they are too large to be copied.
+    columns_at, cells_at, lines_at, nodes_at, blocks_at = np.split(texels[: ends[-1]], ends[:-1])
+    columns_at[:], cells_at[:], blocks_at[:] = columns.reshape(-1, 4), cells.reshape(-1, 4), blocks.reshape(-1, 4)
+    lines_at.reshape(-1)[: len(packed)] = packed
+    nodes = nodes_at.reshape(-1, 3, 4)
     nodes[:, 0, :3], nodes[:, 0, 3] = table.place, table.to
     nodes[:, 1:] = table.values.view(np.int32).reshape(-1, 2, 4)
-    parts = [part.reshape(-1, 4) for part in (columns, cells, lines, nodes, _blocks(columns, across))]
-    width = 1 << _WIDTH_BITS
-    texels = np.zeros((-(-sum(map(len, parts)) // width) * width, 4), dtype=np.int32)
-    whole = np.concatenate(parts)
-    texels[: len(whole)] = whole
-    cells_at, lines_at, nodes_at, blocks_at = (int(n) for n in np.cumsum([len(part) for part in parts[:4]]))
-    layout = _LAYOUTS[table] = RiverLayout(across, cells_at, lines_at, nodes_at, blocks_at, bits)
+    layout = _LAYOUTS[table] = RiverLayout(across, *ends[:-1], bits)
     return layout, texels.reshape(-1, width, 4)
 
 
@@ -94,8 +96,8 @@ def _columns(table: RiverTable, across: int, packed: Integers, widest: Integers)
     x, y, z = table.keys & 1023, table.keys >> 10 & 1023, table.keys >> 20
     number = (z >= 512) * across * across + (y - 512 + across // 2) * across + (x - 512 + across // 2)
     low, high = np.full(2 * across * across, 1023), np.zeros(2 * across * across, dtype=np.int64)
-    np.minimum.at(low, number, z)
-    np.maximum.at(high, number, z + 1)
+    low[number[::-1]] = z[::-1]  # keys rise with z, and of equal places the last is written
+    high[number] = z + 1
     wide = np.zeros(len(low), dtype=np.int64)
     np.maximum.at(wide, number, widest)
     tall = np.maximum(high - low, 0)
