@@ -246,9 +246,12 @@ class _Glsl:
     def type_of(self, name: str) -> str:
         return "float" if name in self.singles else self.real
 
-    def _is_number(self, node: ast.expr) -> bool:
-        names = [n for n in ast.walk(node) if isinstance(n, ast.Name | ast.Attribute | ast.Call)]
-        return all(isinstance(n, ast.Name) and isinstance(self.known.get(n.id), float) for n in names)
+    def _is_number(self, node: ast.AST) -> bool:
+        if isinstance(node, ast.Name):
+            return isinstance(self.known.get(node.id), float)
+        if isinstance(node, ast.Attribute | ast.Call):
+            return False
+        return all(map(self._is_number, ast.iter_child_nodes(node)))  # up to the first that isn't
 
     def of(self, node: ast.expr, wanted: str, above: int = 0) -> str:
         """wanted: the type. above: how tightly the operator around it binds; a right operand of the same has
@@ -259,7 +262,7 @@ class _Glsl:
         if self._is_number(node):
             number = self.number(node)
             return f"({np.float32(number)})" if number < 0.0 < above else str(np.float32(number))
-        if self._kinds(node) == {"Pair"} and _is_of_names(node):
+        if self.real == "Pair" and self._kinds(node) == {"Pair"} and _is_of_names(node):
             return f"{self.pair(node)[0]}.high"
         match node:
             case ast.Name(name):
