@@ -23,6 +23,7 @@ __all__ = ["BORDER", "WeatherMaps"]
 BORDER = 16
 """Texels around the map that repeat what lies across its edges, so that five levels of it can be filtered."""
 LEVELS = 5
+_FILTER = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
 COARSER = 4
 """Texels of a map to one of the coarse map that stands in for it; BORDER is a multiple."""
 _TILE = (256, 8)
@@ -59,7 +60,7 @@ class WeatherMaps:
         self._columns, self._rows = math.ceil(side / _TILE[0]), math.ceil(side / _TILE[1])
         self._coverage = -1.0
         self._balance = (0.0, 1.0)
-        self._kept = KeptMaps(gpu.caps)
+        self._kept = KeptMaps(gpu)
         self._to_keep = _KEPT
         self.charts = Charts(self)
         self.tiles_drawn = self.made = 0
@@ -151,13 +152,14 @@ class WeatherMaps:
             if perf_counter() > end:
                 break
         if chart.drawn == self.tiles:
+            self._filter(texture)
             self._complete(chart)
             if waited_for and self._to_keep:
                 self._to_keep -= 1
                 self._kept.save(self._key(chart.number), texture)
 
     def _complete(self, chart: Chart) -> None:
-        self._finish(self._textures[chart.slot])
+        self._textures[chart.slot].filter = _FILTER
         chart.complete = True
         self.made += 1
 
@@ -179,16 +181,17 @@ class WeatherMaps:
         self._small.use(0)
         texture.bind_to_image(0, read=False, write=True)
         self._widen.run_over(*texture.size)
-        self._finish(texture)
+        self._filter(texture)
+        texture.filter = _FILTER
 
     def _defines(self) -> dict[str, int]:
         imported = {} if self._cover is None else {"IMPORTED": 1}
         return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES, **imported}
 
-    def _finish(self, texture: moderngl.Texture) -> None:
+    def _filter(self, texture: moderngl.Texture) -> None:
+        """Its coarser levels."""
         self._gpu.ctx.memory_barrier()
         texture.build_mipmaps(max_level=LEVELS - 1)
-        texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
 
     def _prepare(self, program: Compute, border: int, time_s: float) -> None:
         program.set("u_border", border)

@@ -194,7 +194,7 @@ class StarsSystem(System):
         for clear in (False, True) if setup.world.query(Atmosphere) else (False,):
             self._drawer(clear)
         self._map = gpu.fullscreen("sky/galaxy_map.frag")
-        self._kept = KeptMaps(gpu.caps)
+        self._kept = KeptMaps(gpu)
         self._choose = gpu.compute("sky/choose_stars.comp")
         self._choose.set("u_fall", STAR_FALL)
         self._plain = gpu.state()
