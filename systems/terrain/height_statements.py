@@ -19,7 +19,6 @@ the one that changes. A derivative is a change's factor where the change is smal
 from __future__ import annotations
 
 import ast
-import copy
 import linecache
 import pickle
 import re
@@ -90,14 +89,16 @@ class Function:
         statements that are `shown`. Of one input <name>_slope, its derivative alone."""
         (value,) = self.results.values()
         lines: Lines = []
-        later = [("", value)]
+        later = [("", value, _names(value))]
         for name, expression in [*reversed(self.lines), *((name, _ONE) for name in self.inputs)]:
             total: ast.expr | None = None
-            for user, uses in later:
+            for user, uses, names in later:
+                if name not in names:
+                    continue
                 for slope in _Changes({name}, finite=False).of(uses).values():
                     total = _sum(total, _product(ast.Name(f"by_{user}"), slope) if user else slope)
             lines.append((f"by_{name}", total or ast.Constant(0.0)))
-            later.insert(0, (name, expression))
+            later.insert(0, (name, expression, _names(expression)))
         results: dict[str, ast.expr] = {f"by_{name}": ast.Name(f"by_{name}") for name in self.inputs}
         if len(results) > 1:
             results = {"value": value, **results, **{name: ast.Name(name) for name in shown}}
@@ -220,7 +221,7 @@ class _Scalar(ast.NodeTransformer):
         self._places = {field.name: i for i, field in enumerate(fields(kind))} if kind else {}
 
     def of(self, node: ast.expr) -> str:
-        return ast.unparse(self.visit(pickle.loads(pickle.dumps(node))))  # a third of copy.deepcopy's time
+        return ast.unparse(self.visit(_copied(node)))
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         return ast.Subscript(node.value, ast.Constant(self._places[node.attr]))
@@ -388,13 +389,15 @@ class _Changes:
 
     def there(self, node: ast.expr) -> ast.expr:
         """The expression of the new values."""
-        moved = {name: f"new_{name}" for name in self.varied} if self.finite else {}
+        if not self.finite or not self.varied & _names(node):
+            return node
+        varied = self.varied
 
         class New(ast.NodeTransformer):
             def visit_Name(self, node: ast.Name) -> ast.Name:
-                return ast.Name(moved.get(node.id, node.id))
+                return ast.Name(f"new_{node.id}" if node.id in varied else node.id)
 
-        return New().visit(copy.deepcopy(node))
+        return New().visit(_copied(node))
 
 
 def _whole(terms: Terms) -> ast.expr:
@@ -447,6 +450,10 @@ def _product(a: ast.expr, b: ast.expr) -> ast.expr:
     if isinstance(a, ast.BinOp) and a.left is _ONE and isinstance(a.op, ast.Div):
         return ast.BinOp(b, ast.Div(), a.right)
     return b if a is _ONE else a if b is _ONE else ast.BinOp(a, ast.Mult(), b)
+
+
+def _copied(node: ast.expr) -> ast.expr:
+    return pickle.loads(pickle.dumps(node))  # a third of copy.deepcopy's time
 
 
 def _names(node: ast.expr) -> set[str]:
