@@ -93,18 +93,21 @@ def _columns(table: RiverTable, across: int, packed: Integers, widest: Integers)
     """Columns (2 across^2, 2): index of the lowest cell; and the code of the widest line's half width, the end of its
     cells' z and their lowest z, both from -512 on, in bits from 21, 10 and 0. Cells (K,) of all columns, 0 where no
     line passes. South of the equator first. packed, widest: of the table's cells."""
-    x, y, z = table.keys & 1023, table.keys >> 10 & 1023, table.keys >> 20
-    number = (z >= 512) * across * across + (y - 512 + across // 2) * across + (x - 512 + across // 2)
-    low, high = np.full(2 * across * across, 1023), np.zeros(2 * across * across, dtype=np.int64)
+    keys = table.keys.astype(np.int32)
+    x, y, z = keys & 1023, keys >> 10 & 1023, keys >> 20
+    number = ((z >= 512) * across + (y - 512 + across // 2)) * across + (x - 512 + across // 2)
+    number = number.astype(np.intp)
+    low, high, wide = np.zeros((3, 2 * across * across), dtype=np.int32)
+    low[:] = 1023
     low[number[::-1]] = z[::-1]  # keys rise with z, and of equal places the last is written
     high[number] = z + 1
-    wide = np.zeros(len(low), dtype=np.int64)
     np.maximum.at(wide, number, widest)
     tall = np.maximum(high - low, 0)
-    first = np.cumsum(tall) - tall
-    cells = np.zeros(-(-max(int(tall.sum()), 1) // 4) * 4, dtype=np.int32)
-    cells[first[number] + z - low[number]] = packed
-    columns = np.stack([first, (wide << _WIDEST_BIT) | (high << 10) | low], axis=1).astype(np.int32)
+    last = np.cumsum(tall, dtype=np.int32)
+    cells = np.zeros(-(-max(int(last[-1]), 1) // 4) * 4, dtype=np.int32)
+    first = last - tall
+    cells[(first - low)[number] + z] = packed
+    columns = np.stack([first, (wide << _WIDEST_BIT) | (high << 10) | low], axis=1)
     return np.concatenate([columns, np.zeros((len(columns) % 2, 2), np.int32)]), cells
 
 
