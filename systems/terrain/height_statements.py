@@ -287,6 +287,11 @@ class _Glsl:
         return {self.type_of(name) for name in _names(node) - {"k"} - self.known.keys()}
 
     def number(self, node: ast.expr) -> float:
+        if isinstance(node, ast.Constant):
+            return float(node.value)  # pyright: ignore[reportArgumentType]
+        return float(self.known[node.id]) if isinstance(node, ast.Name) else self._computed(node)
+
+    def _computed(self, node: ast.expr) -> float:
         return float(eval(ast.unparse(node), dict(self.known)))
 
     def pair(self, node: ast.expr) -> tuple[str, str]:
