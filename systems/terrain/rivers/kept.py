@@ -38,10 +38,9 @@ def kept_table(key: RiverKey, cache: TableCache | None = None) -> RiverTable | N
     rest = cache.load(name, {"values": (nodes, 8), "cell_m": ()}, np.float32)
     if whole is None or rest is None:
         return None
-    keys = whole.pop("keys").astype(np.int64)
-    return RiverTable(
-        key.params.radius_m, float(rest["cell_m"]), key.params.seed, values=rest["values"], keys=keys, **whole
-    )
+    place, to, keys, begin, lines = (whole[name] for name in numbers)
+    radius_m, cell_m, seed = key.params.radius_m, float(rest["cell_m"]), key.params.seed
+    return RiverTable(radius_m, cell_m, seed, place, to, rest["values"], keys.astype(np.int64), begin, lines)
 
 
 def keep_table(key: RiverKey, table: RiverTable, cache: TableCache | None = None, least: int = FEW_NODES) -> None:

@@ -70,7 +70,8 @@ def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
     nodes = nodes_at.reshape(-1, 3, 4)
     nodes[:, 0, :3], nodes[:, 0, 3] = table.place, table.to
     nodes[:, 1:] = table.values.view(np.int32).reshape(-1, 2, 4)
-    layout = _LAYOUTS[table] = RiverLayout(across, *ends[:-1], bits)
+    first_cell, first_line, first_node, first_block = ends[:-1]
+    layout = _LAYOUTS[table] = RiverLayout(across, first_cell, first_line, first_node, first_block, bits)
     return layout, texels.reshape(-1, width, 4)
 
 
