@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....engine.table_cache import TableCache
 from ..drainage.solve import across_of
 from ..drainage.stored import key_of
+from .river_key import RiverKey
 from .table import RiverTable
-
-if TYPE_CHECKING:
-    from .source import RiverKey
 
 __all__ = ["keep_table", "kept_table"]
 

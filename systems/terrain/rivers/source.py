@@ -12,14 +12,9 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent import futures
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from ..drainage.climate import ClimateParams
+from .river_key import RiverKey
 from .table import RiverTable, river_table
-
-if TYPE_CHECKING:
-    from ..height_params import TerrainParams
 
 __all__ = ["RiverKey", "RiverSource", "source"]
 
@@ -27,17 +22,6 @@ log = logging.getLogger(__name__)
 
 _KEPT = 3
 """Tables, of 30 MB on Earth."""
-
-
-@dataclass(frozen=True)
-class RiverKey:
-    """All that a planet's rivers depend on."""
-
-    params: TerrainParams
-    """without rivers"""
-    climate: ClimateParams
-    cells: int
-    strength: float
 
 
 class RiverSource:

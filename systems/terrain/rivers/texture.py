@@ -44,7 +44,7 @@ class RiverLayout:
 
 
 _LAYOUTS: WeakKeyDictionary[RiverTable, RiverLayout] = WeakKeyDictionary()
-"""The layouts alone are kept: Earth's texels have 45 MB, and are made again in a seventh of a second."""
+"""The layouts alone are kept: Earth's texels have 45 MB, and are made again in a tenth of a second."""
 
 
 def river_texels(table: RiverTable) -> tuple[RiverLayout, Integers]:
