@@ -10,10 +10,12 @@ import hashlib
 import logging
 import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -72,11 +74,32 @@ class Kernels:
             self._tried = True
             try:
                 import_module("numba")
+                _without_blas()
             except ImportError as error:
                 log.debug("numpy does what numba would do faster: %s", error)
             else:
                 self._found = import_module(self._module)
         return self._found
+
+
+def _without_blas() -> None:
+    """Import numba's functions of arrays, but not SciPy's linear algebra, which they look for at once.
+
+    That takes longer than all of our loops, and is needed for matrix products alone; code that has some looks for it
+    again when it is compiled. Another release of numba may be built otherwise: then all goes its usual way.
+    """
+    if "numba.np.arraymath" in sys.modules or "scipy.linalg" in sys.modules or find_spec("scipy") is None:
+        return
+    linalg: Any = import_module("numba.np.linalg")
+    look = getattr(linalg, "ensure_blas", None)
+    if look is None:
+        return
+    linalg.ensure_blas = lambda: None
+    try:
+        arraymath: Any = import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = look
+    arraymath.ensure_blas = look
 
 
 def inlined(function: F) -> F:

@@ -214,7 +214,10 @@ def __getattr__(name: str) -> _Any:
     module = _LAZY.get(name)
     if module is None:
         raise AttributeError(f"module 'planetfall' has no attribute {name!r}")
-    value = getattr(_importlib.import_module(f".{module}", __name__), name)
+    from .engine.uncollected import uncollected
+
+    with uncollected():  # some of these bring hundreds of modules
+        value = getattr(_importlib.import_module(f".{module}", __name__), name)
     globals()[name] = value
     return value
 

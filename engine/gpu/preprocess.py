@@ -306,8 +306,12 @@ def _parse(name: str, text: str) -> list[_Piece]:
     in_comment = False
     for number, line in enumerate(text.splitlines(), 1):
         piece, place, shown = pieces[-1], (name, number), ""
-        was_comment, in_comment = in_comment, _comment_open(line, in_comment)
-        if was_comment:
+        was_comment = in_comment
+        if in_comment or "/*" in line:
+            in_comment = _comment_open(line, in_comment)
+        if "#" not in line:  # nearly all
+            shown = line
+        elif was_comment:
             shown = _defuse(line)
         elif include := _INCLUDE.match(line):
             piece.include = (include[1], place)

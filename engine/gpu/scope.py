@@ -120,8 +120,9 @@ class GpuScope:
         """A texture: 2D; an array if layers > 1; 3D if size has three numbers. Returns moderngl's object, whose calls
         are the same for all three.
 
-        format: see gpu.textures.FORMATS. data: bytes or an array for level 0. filter: nearest, linear (nearest level),
-        trilinear. wrap: clamp or repeat. FormatError for unknown formats, size 0, sizes beyond the GPU's limits.
+        format: see gpu.textures.FORMATS. data: bytes or an array for level 0, from which coarser levels are filled
+        (not of integers); what isn't filled is undefined. filter: nearest, linear (nearest level), trilinear. wrap:
+        clamp or repeat. FormatError for unknown formats, size 0, sizes beyond the GPU's limits.
         """
         self._check()
         self.gpu.check_error(f"something before a texture of {self.owner!r}")  # or it would be blamed on this texture

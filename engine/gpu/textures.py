@@ -140,10 +140,11 @@ def check_texture(
     return TextureInfo(kind, size, levels, layers)
 
 
-def _as_bytes(data: Data | None, info: TextureInfo) -> bytes | None:
+def _as_bytes(data: Data | None, info: TextureInfo) -> bytes | NDArray[np.uint8] | None:
+    """Checked; arrays are not copied, unless they have to be."""
     if data is None:
         return None
-    raw = np.ascontiguousarray(data).tobytes() if isinstance(data, np.ndarray) else bytes(data)
+    raw = np.ascontiguousarray(data).reshape(-1).view(np.uint8) if isinstance(data, np.ndarray) else bytes(data)
     expected = int(np.prod(info.level_size(0))) * info.format.texel_bytes
     if len(raw) != expected:
         found = f"{data.dtype} {data.shape}" if isinstance(data, np.ndarray) else "bytes"
@@ -166,7 +167,8 @@ def create_texture(
     filter: str = "nearest",
     wrap: str = "clamp",
 ) -> AnyTexture:
-    """Make a 2D texture, an array (layers > 1) or a 3D one (size of three). See GpuScope.texture."""
+    """Make a 2D texture, an array (layers > 1) or a 3D one (size of three). See GpuScope.texture. Coarser levels are
+    filled from data, if there is any."""
     info = check_texture(caps, size, format, levels, layers)
     kind = info.format
     shape_0: Any = info.level_size(0)
@@ -191,12 +193,21 @@ def create_texture(
     # moderngl's depth textures are 24 bits fixed and its "ni2" is unsigned: specify the same GL name again, before
     # anything is attached. The other levels do not exist at all yet.
     respecified = kind.is_depth or kind.dtype.startswith("ni")
-    for level in range(0 if respecified else 1, levels):
-        shape = info.level_size(level)
+
+    def specify(level: int, shape: tuple[int, ...]) -> None:
         if info.target == G.TEXTURE_2D:
             gl.image_2d(info.target, level, kind.internal, (shape[0], shape[1]), kind.format, kind.type)
         else:
             gl.image_3d(info.target, level, kind.internal, shape, kind.format, kind.type)
+
+    if levels > 1 and raw is None:
+        # moderngl has to be told of the levels (below), which fills them: here from a single texel, which is no work.
+        specify(0, (1,) * len(shape_0))
+        texture.build_mipmaps(0, levels - 1)
+        _ = ctx.error
+        respecified = True
+    for level in range(0 if respecified else 1, levels):
+        specify(level, info.level_size(level))
     if isinstance(texture, moderngl.Texture) and kind.is_depth:
         texture.compare_func = ""  # sampled as plain values
     gl.texture_parameter(info.target, G.TEXTURE_MAX_LEVEL, levels - 1)
@@ -204,7 +215,7 @@ def create_texture(
     if error != "GL_NO_ERROR":
         texture.release()
         raise GpuError(f"{format} texture of {size}, {levels=}, {layers=} ({info.bytes / 2**20:.1f} MiB): {error}")
-    if levels > 1:
+    if levels > 1 and raw is not None:
         # Only this tells moderngl that the levels are there to be read and written; for integers GL itself refuses.
         texture.build_mipmaps(0, levels - 1)
         _ = ctx.error

@@ -15,6 +15,7 @@ from ..camera.arguments import check_moment, check_size
 from ..camera.camera import Camera
 from ..engine.frame.gbuffer import Surface
 from ..engine.space import CameraState, pixel_rays, project, ray_sphere_from
+from ..engine.uncollected import uncollected
 from ..engine.wavelengths import wavelengths_of
 from ..query.arguments import checked_directions
 from ..scene.companions import bodies
@@ -222,7 +223,8 @@ class Picture:
 
     def _current(self, framebuffer: moderngl.Framebuffer | None = None) -> AbstractContextManager[object]:
         self._check()
-        return self._owner.current(framebuffer)
+        current = self._owner.current(framebuffer)
+        return current if self._front else uncollected(current)  # the first picture sets up all there is
 
     def _check(self) -> None:
         """Raise SettingError where it has been released."""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import Compute, GpuScope
+from ...engine.gpu.kept_maps import KeptMaps
 from ...engine.table_cache import TableCache
 
 __all__ = ["fibres_texture"]
@@ -22,24 +23,36 @@ def fibres_texture(gpu: GpuScope, size: int, cache: TableCache | None = None) ->
 
     Red: fibres, green: hooks, blue: soft patches, each 0..1.
     """
-    cache = TableCache("clouds") if cache is None else cache
     programs = [gpu.compute("clouds/fibres.comp", {"STAGE": stage}) for stage in range(_STAGES)]
-    key = cache.key(_VERSION, str(size), *(program.linked.key for program in programs))
-    held = cache.load(key, {"map": (size, size, 3)})
-    if held is None:
-        made = _computed(gpu, programs, size)
-        values = np.round(255.0 * np.clip(made / np.quantile(made, _BRIGHTEST, axis=(0, 1)), 0.0, 1.0)).astype(np.uint8)
-        cache.save(key, {"map": values})
-    else:
-        values = held["map"].astype(np.uint8)
+    sources = [program.linked.key for program in programs]
+    levels = size.bit_length()
+    texture = gpu.texture((size, size), "rgba8", None, levels, 1, "linear", "repeat")
+    whole = KeptMaps(gpu, cache)  # its levels, too, as this driver has them
+    whole_key = whole.key("fibres", _VERSION, size, *sources)
+    if not whole.load(whole_key, texture):
+        values = _texels(gpu, programs, sources, size, cache)
+        texture.write(np.concatenate([values, np.full((size, size, 1), 255, np.uint8)], axis=2))
+        texture.build_mipmaps(max_level=levels - 1)
+        whole.save(whole_key, texture)
     for program in programs:
         gpu.free(program)
-    levels = size.bit_length()
-    whole = np.concatenate([values, np.full((size, size, 1), 255, np.uint8)], axis=2)
-    texture = gpu.texture((size, size), "rgba8", whole, levels, 1, "linear", "repeat")
-    texture.build_mipmaps(max_level=levels - 1)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
     return texture
+
+
+def _texels(
+    gpu: GpuScope, programs: list[Compute], sources: list[str], size: int, cache: TableCache | None
+) -> NDArray[np.uint8]:
+    """(size, size, 3), whichever driver made it first."""
+    cache = TableCache("clouds") if cache is None else cache
+    key = cache.key(_VERSION, str(size), *sources)
+    held = cache.load(key, {"map": (size, size, 3)})
+    if held is not None:
+        return held["map"].astype(np.uint8)
+    made = _computed(gpu, programs, size)
+    values = np.round(255.0 * np.clip(made / np.quantile(made, _BRIGHTEST, axis=(0, 1)), 0.0, 1.0)).astype(np.uint8)
+    cache.save(key, {"map": values})
+    return values
 
 
 def _computed(gpu: GpuScope, programs: list[Compute], size: int) -> NDArray[np.float32]:

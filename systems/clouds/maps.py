@@ -1,4 +1,7 @@
-"""Weather maps on the GPU: drawn tile by tile, a coarse one at once where time has jumped."""
+"""Weather maps on the GPU: drawn tile by tile, a coarse one at once where time has jumped.
+
+Those that a first picture waits for are kept on disk: drawing one takes a second without a GPU.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import Compute, GpuScope
+from ...engine.gpu.kept_maps import KeptMaps
 from . import weather as w
 from .charts import Chart, Charts
 from .imported import IMPORT_BORDER
@@ -19,6 +23,7 @@ __all__ = ["BORDER", "WeatherMaps"]
 BORDER = 16
 """Texels around the map that repeat what lies across its edges, so that five levels of it can be filtered."""
 LEVELS = 5
+_FILTER = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
 COARSER = 4
 """Texels of a map to one of the coarse map that stands in for it; BORDER is a multiple."""
 _TILE = (256, 8)
@@ -28,6 +33,11 @@ _BUDGET_S = 3e-3
 number of tiles in a frame is the limit."""
 _MOST_TILES = 16
 _BALANCE_TEXELS = 256
+_KEPT = 2
+"""Maps that are written to disk after the weather has changed, those of one moment: a flight draws one after another,
+and nobody asks for most of them again."""
+_BALANCE_VERSION = 1
+"""Of what is kept on disk; to be raised whenever `weather.balance_for` gives other values."""
 _OCTAVES = 7
 _SLOPE = 2.5
 """How sharply the map parts clear sky from cloud."""
@@ -50,6 +60,8 @@ class WeatherMaps:
         self._columns, self._rows = math.ceil(side / _TILE[0]), math.ceil(side / _TILE[1])
         self._coverage = -1.0
         self._balance = (0.0, 1.0)
+        self._kept = KeptMaps(gpu)
+        self._to_keep = _KEPT
         self.charts = Charts(self)
         self.tiles_drawn = self.made = 0
 
@@ -88,13 +100,25 @@ class WeatherMaps:
             self._coverage = -1.0
         if coverage == self._coverage:
             return
-        self._coverage = coverage
+        self._coverage, self._to_keep = coverage, _KEPT
         self.charts.forget()
         if cover is None:
             self._balance_to(coverage)
 
     def _balance_to(self, coverage: float) -> None:
         program = self._gpu.compute("clouds/weather.comp", {**self._defines(), "BALANCE": 1})
+        moment = w.WeatherBlock.at(0.0, self._seed)
+        by = (_BALANCE_VERSION, coverage, _SLOPE, _BALANCE_TEXELS, self.size)
+        key = self._kept.key("balance", program.linked.key, moment, *by)
+        held = self._kept.cache.load(key, {"balance": (2,)}, np.float64)
+        if held is None:
+            held = {"balance": np.array(self._balanced(program, coverage))}
+            self._kept.cache.save(key, held)
+        self._gpu.free(program)
+        level, slope = held["balance"].tolist()
+        self._balance = level, slope
+
+    def _balanced(self, program: Compute, coverage: float) -> tuple[float, float]:
         texture = self._gpu.texture((_BALANCE_TEXELS, _BALANCE_TEXELS), "rgba32f")
         self._prepare(program, 0, 0.0)
         texture.bind_to_image(0, read=False, write=True)
@@ -102,14 +126,18 @@ class WeatherMaps:
         program.run(_BALANCE_TEXELS // 8, _BALANCE_TEXELS // 8)
         self._gpu.ctx.memory_barrier()
         raw = np.frombuffer(texture.read(), np.float32).reshape(_BALANCE_TEXELS, _BALANCE_TEXELS, 4)[..., 0]
-        self._balance = w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, _SLOPE)
         self._gpu.free(texture)
-        self._gpu.free(program)
+        return w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, _SLOPE)
 
     def draw(self, chart: Chart, most: int | None) -> None:
         """See charts.ChartDrawing."""
         assert chart.number is not None
         texture = self._textures[chart.slot]
+        waited_for = most is None and not chart.drawn
+        if waited_for and self._kept.load(self._key(chart.number), texture):
+            chart.drawn = self.tiles
+            self._complete(chart)
+            return
         self._prepare(self._program, BORDER, chart.number * w.STEP_S)
         texture.bind_to_image(0, read=False, write=True)
         left = self.tiles - chart.drawn
@@ -124,9 +152,22 @@ class WeatherMaps:
             if perf_counter() > end:
                 break
         if chart.drawn == self.tiles:
-            self._finish(texture)
-            chart.complete = True
-            self.made += 1
+            self._filter(texture)
+            self._complete(chart)
+            if waited_for and self._to_keep:
+                self._to_keep -= 1
+                self._kept.save(self._key(chart.number), texture)
+
+    def _complete(self, chart: Chart) -> None:
+        self._textures[chart.slot].filter = _FILTER
+        chart.complete = True
+        self.made += 1
+
+    def _key(self, number: float) -> str:
+        """Of the map of this number on disk."""
+        cover = b"" if self._cover is None else self._cover.tobytes()
+        moment = w.WeatherBlock.at(number * w.STEP_S, self._seed)
+        return self._kept.key("weather", self._program.linked.key, moment, self._balance, self.size, BORDER, cover)
 
     def draw_coarse(self, chart: Chart) -> None:
         """See charts.ChartDrawing."""
@@ -140,16 +181,17 @@ class WeatherMaps:
         self._small.use(0)
         texture.bind_to_image(0, read=False, write=True)
         self._widen.run_over(*texture.size)
-        self._finish(texture)
+        self._filter(texture)
+        texture.filter = _FILTER
 
     def _defines(self) -> dict[str, int]:
         imported = {} if self._cover is None else {"IMPORTED": 1}
         return {"CYCLONES": w.CYCLONES, "OCTAVES": _OCTAVES, **imported}
 
-    def _finish(self, texture: moderngl.Texture) -> None:
+    def _filter(self, texture: moderngl.Texture) -> None:
+        """Its coarser levels."""
         self._gpu.ctx.memory_barrier()
         texture.build_mipmaps(max_level=LEVELS - 1)
-        texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
 
     def _prepare(self, program: Compute, border: int, time_s: float) -> None:
         program.set("u_border", border)

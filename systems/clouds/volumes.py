@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.gpu import Compute, GpuScope
+from ...engine.gpu.kept_maps import KeptMaps
 from ...engine.table_cache import TableCache
 
 __all__ = ["NoiseVolume", "even_spread", "level_deviations"]
@@ -50,24 +51,38 @@ def make_volume(gpu: GpuScope, kind: int, size: int, cache: TableCache | None = 
     r16f, or without a GPU r32f of the same values, whose coarser levels are exact: to make one of the other takes
     longer there than to fetch it.
     """
-    cache = TableCache("clouds") if cache is None else cache
     program = gpu.compute("clouds/volume.comp", {"VOLUME": kind})
-    key = cache.key(_VERSION, str(kind), str(size), program.linked.key)
-    held = cache.load(key, {"volume": (size, size, size)})
-    if held is None:
-        # As the texture and the file have it: a first start shows the same as all that follow.
-        half = _compute(gpu, program, size).astype(np.float16)
-        cache.save(key, {"volume": half})
-        volume = half.astype(np.float32)
-    else:
-        volume = held["volume"]
-    gpu.free(program)
     levels = size.bit_length()
     stored, kept = ("r32f", np.float32) if gpu.caps.is_software else ("r16f", np.float16)
-    texture = gpu.texture((size, size, size), stored, volume.astype(kept, copy=False), levels, 1, "linear", "repeat")
-    texture.build_mipmaps(max_level=levels - 1)
+    # All of it as the driver has it, levels and all, else its texels, else nothing.
+    whole = KeptMaps(gpu, cache)
+    whole_key = whole.key("volume", _VERSION, kind, size, stored, program.linked.key)
+    measured = whole.key("deviations", whole_key)
+    held = whole.cache.load(measured, {"deviations": (levels,)}, np.float64)
+    texture = gpu.texture((size, size, size), stored, None, levels, 1, "linear", "repeat")
+    if held is None or not whole.load(whole_key, texture):
+        volume = _texels(gpu, program, kind, size, cache)
+        texture.write(volume.astype(kept, copy=False))
+        texture.build_mipmaps(max_level=levels - 1)
+        held = {"deviations": np.array(level_deviations(volume, levels))}
+        whole.save(whole_key, texture)
+        whole.cache.save(measured, held)
+    gpu.free(program)
     texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
-    return NoiseVolume(texture, level_deviations(volume, levels))
+    return NoiseVolume(texture, tuple(held["deviations"].tolist()))
+
+
+def _texels(gpu: GpuScope, program: Compute, kind: int, size: int, cache: TableCache | None) -> NDArray[np.float32]:
+    """(size, size, size), whichever driver made it first."""
+    cache = TableCache("clouds") if cache is None else cache
+    key = cache.key(_VERSION, str(kind), str(size), program.linked.key)
+    held = cache.load(key, {"volume": (size, size, size)})
+    if held is not None:
+        return held["volume"]
+    # As the texture and the file have it: a first start shows the same as all that follow.
+    half = _compute(gpu, program, size).astype(np.float16)
+    cache.save(key, {"volume": half})
+    return half.astype(np.float32)
 
 
 def _compute(gpu: GpuScope, program: Compute, size: int) -> NDArray[np.float32]:

@@ -24,6 +24,8 @@ _FELLINGS = 8
 """How many are remembered one by one."""
 _AT_ONCE = 4
 """Plots made together: as many again take 2 to 5 ms."""
+_AT_ONCE_WAITED = 64
+"""Where a picture waits for all of them: together they take a third of the time."""
 
 
 def plots_within(direction: Floats, angle_rad: float, level: int) -> list[Plot]:
@@ -108,8 +110,9 @@ class Near:
         if not self.complete:
             began = time.perf_counter()
             missing = [plot for plot in self._wanted if plot not in self._plots]
+            at_once = _AT_ONCE_WAITED if budget_ms is None else _AT_ONCE
             while missing and (budget_ms is None or (time.perf_counter() - began) * 1e3 < budget_ms):
-                some, missing = missing[:_AT_ONCE], missing[_AT_ONCE:]
+                some, missing = missing[:at_once], missing[at_once:]
                 for plot, grown in zip(some, plants_in(some, ground, growing, cover, seed, self.layer), strict=True):
                     self._plots[plot], self._standing[plot] = grown, self._felled.standing(plot, grown)
                 changed = True

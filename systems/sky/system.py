@@ -20,6 +20,7 @@ from ...engine.frame.backdrop import LIGHT, SOURCE, Backdrop
 from ...engine.frame.contracts import bind_contracts, contract_reads
 from ...engine.frame.published import AIR_TOP_M
 from ...engine.gpu import gl as G
+from ...engine.gpu.kept_maps import KeptMaps
 from ...engine.graph import BufferSpec, GraphBuilder, PassIO, TextureSpec
 from ...engine.settings import Settings, with_overrides
 from ...engine.system import Setup, System
@@ -193,6 +194,7 @@ class StarsSystem(System):
         for clear in (False, True) if setup.world.query(Atmosphere) else (False,):
             self._drawer(clear)
         self._map = gpu.fullscreen("sky/galaxy_map.frag")
+        self._kept = KeptMaps(gpu)
         self._choose = gpu.compute("sky/choose_stars.comp")
         self._choose.set("u_fall", STAR_FALL)
         self._plain = gpu.state()
@@ -330,9 +332,12 @@ class StarsSystem(System):
             shown.mapped = (texture, -1)
 
         def run() -> None:
-            target.use()
-            self._plain.apply()
-            self._map.render()
+            key = self._kept.key("galaxy", self._map.program.linked.key, self._map_seed & 0xFFFF, texture.size)
+            if not self._kept.load(key, texture):
+                target.use()
+                self._plain.apply()
+                self._map.render()
+                self._kept.save(key, texture)
             shown.mapped = (texture, self._map_seed)
 
         return run

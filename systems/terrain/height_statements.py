@@ -19,7 +19,6 @@ the one that changes. A derivative is a change's factor where the change is smal
 from __future__ import annotations
 
 import ast
-import copy
 import linecache
 import pickle
 import re
@@ -90,14 +89,16 @@ class Function:
         statements that are `shown`. Of one input <name>_slope, its derivative alone."""
         (value,) = self.results.values()
         lines: Lines = []
-        later = [("", value)]
+        later = [("", value, _names(value))]
         for name, expression in [*reversed(self.lines), *((name, _ONE) for name in self.inputs)]:
             total: ast.expr | None = None
-            for user, uses in later:
+            for user, uses, names in later:
+                if name not in names:
+                    continue
                 for slope in _Changes({name}, finite=False).of(uses).values():
                     total = _sum(total, _product(ast.Name(f"by_{user}"), slope) if user else slope)
             lines.append((f"by_{name}", total or ast.Constant(0.0)))
-            later.insert(0, (name, expression))
+            later.insert(0, (name, expression, _names(expression)))
         results: dict[str, ast.expr] = {f"by_{name}": ast.Name(f"by_{name}") for name in self.inputs}
         if len(results) > 1:
             results = {"value": value, **results, **{name: ast.Name(name) for name in shown}}
@@ -220,7 +221,7 @@ class _Scalar(ast.NodeTransformer):
         self._places = {field.name: i for i, field in enumerate(fields(kind))} if kind else {}
 
     def of(self, node: ast.expr) -> str:
-        return ast.unparse(self.visit(pickle.loads(pickle.dumps(node))))  # a third of copy.deepcopy's time
+        return ast.unparse(self.visit(_copied(node)))
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         return ast.Subscript(node.value, ast.Constant(self._places[node.attr]))
@@ -246,9 +247,12 @@ class _Glsl:
     def type_of(self, name: str) -> str:
         return "float" if name in self.singles else self.real
 
-    def _is_number(self, node: ast.expr) -> bool:
-        names = [n for n in ast.walk(node) if isinstance(n, ast.Name | ast.Attribute | ast.Call)]
-        return all(isinstance(n, ast.Name) and isinstance(self.known.get(n.id), float) for n in names)
+    def _is_number(self, node: ast.AST) -> bool:
+        if isinstance(node, ast.Name):
+            return isinstance(self.known.get(node.id), float)
+        if isinstance(node, ast.Attribute | ast.Call):
+            return False
+        return all(map(self._is_number, ast.iter_child_nodes(node)))  # up to the first that isn't
 
     def of(self, node: ast.expr, wanted: str, above: int = 0) -> str:
         """wanted: the type. above: how tightly the operator around it binds; a right operand of the same has
@@ -259,7 +263,7 @@ class _Glsl:
         if self._is_number(node):
             number = self.number(node)
             return f"({np.float32(number)})" if number < 0.0 < above else str(np.float32(number))
-        if self._kinds(node) == {"Pair"} and _is_of_names(node):
+        if self.real == "Pair" and self._kinds(node) == {"Pair"} and _is_of_names(node):
             return f"{self.pair(node)[0]}.high"
         match node:
             case ast.Name(name):
@@ -283,6 +287,11 @@ class _Glsl:
         return {self.type_of(name) for name in _names(node) - {"k"} - self.known.keys()}
 
     def number(self, node: ast.expr) -> float:
+        if isinstance(node, ast.Constant):
+            return float(node.value)  # pyright: ignore[reportArgumentType]
+        return float(self.known[node.id]) if isinstance(node, ast.Name) else self._computed(node)
+
+    def _computed(self, node: ast.expr) -> float:
         return float(eval(ast.unparse(node), dict(self.known)))
 
     def pair(self, node: ast.expr) -> tuple[str, str]:
@@ -385,13 +394,15 @@ class _Changes:
 
     def there(self, node: ast.expr) -> ast.expr:
         """The expression of the new values."""
-        moved = {name: f"new_{name}" for name in self.varied} if self.finite else {}
+        if not self.finite or not self.varied & _names(node):
+            return node
+        varied = self.varied
 
         class New(ast.NodeTransformer):
             def visit_Name(self, node: ast.Name) -> ast.Name:
-                return ast.Name(moved.get(node.id, node.id))
+                return ast.Name(f"new_{node.id}" if node.id in varied else node.id)
 
-        return New().visit(copy.deepcopy(node))
+        return New().visit(_copied(node))
 
 
 def _whole(terms: Terms) -> ast.expr:
@@ -444,6 +455,10 @@ def _product(a: ast.expr, b: ast.expr) -> ast.expr:
     if isinstance(a, ast.BinOp) and a.left is _ONE and isinstance(a.op, ast.Div):
         return ast.BinOp(b, ast.Div(), a.right)
     return b if a is _ONE else a if b is _ONE else ast.BinOp(a, ast.Mult(), b)
+
+
+def _copied(node: ast.expr) -> ast.expr:
+    return pickle.loads(pickle.dumps(node))  # a third of copy.deepcopy's time
 
 
 def _names(node: ast.expr) -> set[str]:

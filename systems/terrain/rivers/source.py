@@ -12,14 +12,9 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent import futures
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from ..drainage.climate import ClimateParams
+from .river_key import RiverKey
 from .table import RiverTable, river_table
-
-if TYPE_CHECKING:
-    from ..height_params import TerrainParams
 
 __all__ = ["RiverKey", "RiverSource", "source"]
 
@@ -27,19 +22,6 @@ log = logging.getLogger(__name__)
 
 _KEPT = 3
 """Tables, of 30 MB on Earth."""
-
-
-@dataclass(frozen=True)
-class RiverKey:
-    """All that a planet's rivers depend on."""
-
-    params: TerrainParams
-    """without rivers"""
-    climate: ClimateParams
-    cells: int
-    strength: float
-    banks: float = 1.0
-    """how uneven these are"""
 
 
 class RiverSource:
@@ -126,6 +108,13 @@ class RiverSource:
 
 
 def _made(key: RiverKey, progress: Callable[[float], None] | None) -> RiverTable | None:
+    from .kept import keep_table, kept_table
+
+    kept = kept_table(key)
+    if kept is not None:
+        if progress is not None:
+            progress(1.0)
+        return kept
     from .nodes import rivers_of_ground
 
     try:
@@ -133,7 +122,11 @@ def _made(key: RiverKey, progress: Callable[[float], None] | None) -> RiverTable
     except ValueError as error:
         log.warning("a ground without rivers: %s", error)
         return None
-    return None if nodes is None else river_table(nodes, key.params.radius_m, key.params.seed, banks=key.banks)
+    if nodes is None:
+        return None
+    made = river_table(nodes, key.params.radius_m, key.params.seed, banks=key.banks)
+    keep_table(key, made)
+    return made
 
 
 source = RiverSource()
