@@ -7,19 +7,14 @@ places, as the GPU does (bank_noise of assets/shaders/terrain/rivers.glsl): no l
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.surface.noise import Corners, Lattice
-from .form import BANK_COARSE_M, BANK_FAR, BANK_FINE_M, BANK_MIDDLE_M, bank_slopes, river_bank
+from .form import BANK_COARSE_M, BANK_FAR, BANK_FINE_M, BANK_MIDDLE_M, river_bank
 
-if TYPE_CHECKING:
-    from .pairs import Pairs
-    from .table import RiverTable
-
-__all__ = ["BANK_OFFSETS", "bank_bits", "bank_gradient", "bank_lattice", "uneven"]
+__all__ = ["BANK_OFFSETS", "bank_bits", "bank_lattice", "uneven"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -51,18 +46,3 @@ def uneven(lattice: Lattice, share: float, bent: Floats, d: Floats, value: Float
     if near.size:
         bank[near] = river_bank(d[near], value[1, near], value[3, near], share, *corners.noise())
     return bank, near, corners
-
-
-def bank_gradient(table: RiverTable, pairs: Pairs, away: Floats) -> Floats:
-    """(3, P) how half widths between banks change with the bent place. away: how pairs.d does (pairs.by_distance)."""
-    found = pairs.steps[1] * pairs.along
-    near = pairs.moved
-    if near.size:
-        noise, slope = pairs.noise.noise_derivative()
-        made = bank_slopes(pairs.d[near], pairs.value[1, near], pairs.value[3, near], table.uneven, *noise)
-        by_line = made[2] * pairs.steps[1, near] + made[3] * pairs.steps[3, near]
-        changed = made[1] * away[:, near] + by_line * pairs.along[:, near]
-        for octave, frequency in enumerate(table.banks.frequency):
-            changed += made[5 + octave] * frequency * slope[:, octave]
-        found[:, near] = changed
-    return found

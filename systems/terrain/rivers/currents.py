@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .banks import bank_gradient
-from .pairs import Pairs, bent_by_place, by_distance, held_by_place, node_places
+from .pairs import Pairs, bank_gradient, bent_by_place, by_distance, held_by_place, node_places
 from .table import RiverTable
 
 __all__ = ["currents"]

@@ -48,7 +48,7 @@ BANK_FAR = 2.5
 """Half widths from the line from which on its banks count as straight."""
 
 
-MEANDER_HALF_WIDTHS, MEANDER_SHARE = 22.0, 0.4
+MEANDER_HALF_WIDTHS, MEANDER_SHARE = 22.0, 0.5
 """Wavelengths of meanders: eleven widths (Leopold and Wolman 1960); and how far a river wanders at most, by that."""
 MEANDER_STEEP = 0.004
 """Rivers that fall more do not wander."""

@@ -37,7 +37,9 @@ def kept_table(key: RiverKey, cache: TableCache | None = None) -> RiverTable | N
         return None
     place, to, keys, begin, lines = (whole[name] for name in numbers)
     radius_m, cell_m, seed = key.params.radius_m, float(rest["cell_m"]), key.params.seed
-    return RiverTable(radius_m, cell_m, seed, place, to, rest["values"], keys.astype(np.int64), begin, lines, uneven=key.banks)
+    return RiverTable(
+        radius_m, cell_m, seed, place, to, rest["values"], keys.astype(np.int64), begin, lines, uneven=key.banks
+    )
 
 
 def keep_table(key: RiverKey, table: RiverTable, cache: TableCache | None = None, least: int = FEW_NODES) -> None:
@@ -59,7 +61,9 @@ def _name_of(key: RiverKey) -> str | None:
     if not all(isinstance(value, _PLAIN) for _, value in given):
         return None
     ground = key_of(params, key.climate, across_of(key.cells))
-    return TableCache.key("table", _sources(), ground, repr(given), repr(key.cells), repr(key.strength), repr(key.banks))
+    return TableCache.key(
+        "table", _sources(), ground, repr(given), repr(key.cells), repr(key.strength), repr(key.banks)
+    )
 
 
 @cache

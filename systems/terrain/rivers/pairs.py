@@ -18,11 +18,20 @@ from numpy.typing import NDArray
 
 from ....engine.surface.noise import Corners
 from .banks import uneven
-from .form import HELD
+from .form import HELD, bank_slopes
 from .meanders import Wander, wander, wander_by_place
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = ["Pairs", "bent_by_place", "by_distance", "chosen", "held_by_place", "node_places", "river_pairs"]
+__all__ = [
+    "Pairs",
+    "bank_gradient",
+    "bent_by_place",
+    "by_distance",
+    "chosen",
+    "held_by_place",
+    "node_places",
+    "river_pairs",
+]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -102,6 +111,21 @@ def by_distance(pairs: Pairs) -> Floats:
         return pairs.away
     found, near = pairs.away.copy(), pairs.wander.near
     found[:, near] = np.einsum("abq,aq->bq", held_by_place(pairs), pairs.away[:, near])
+    return found
+
+
+def bank_gradient(table: RiverTable, pairs: Pairs, away: Floats) -> Floats:
+    """(3, P) how half widths between banks change with the bent place. away: how pairs.d does (pairs.by_distance)."""
+    found = pairs.steps[1] * pairs.along
+    near = pairs.moved
+    if near.size:
+        noise, slope = pairs.noise.noise_derivative()
+        made = bank_slopes(pairs.d[near], pairs.value[1, near], pairs.value[3, near], table.uneven, *noise)
+        by_line = made[2] * pairs.steps[1, near] + made[3] * pairs.steps[3, near]
+        changed = made[1] * away[:, near] + by_line * pairs.along[:, near]
+        for octave, frequency in enumerate(table.banks.frequency):
+            changed += made[5 + octave] * frequency * slope[:, octave]
+        found[:, near] = changed
     return found
 
 

@@ -30,6 +30,8 @@ MARGIN = 2.0
 """The warp stretches distances by 1.9 at most, by 1.6 on all but one of a hundred places."""
 UNEVEN = 1.8
 """Noise makes a bank turn by so much: three octaves that change by 0.3 of a way each, and what fades further out."""
+WANDERING = 1.0
+"""And meanders stretch distances by so much more."""
 UNEVEN_BEND, UNEVEN_BEND_PER_M = 8.0, 0.15
 """How fast that changes: by the half width where it fades, and 0.3 by wavelengths from 16 m on where it is noise."""
 _VALUE_BEND = 10.0 / np.sqrt(3.0) * 2.0
@@ -77,7 +79,8 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
         return np.maximum.reduceat(np.where(heard, values, 0.0), first)
 
     _sides(result, found, pairs, table)
-    uneven = np.where(_uneven(pairs), 1.0 + UNEVEN * table.uneven, 1.0)
+    wanders = WANDERING * (pairs.value[7] > 0.0)
+    uneven = np.where(_uneven(pairs), 1.0 + (UNEVEN + wanders) * table.uneven, 1.0)
     # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
     bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
     bed = np.where(pairs.d < half, 2.0 * depth / (half + 1e-3), 0.0)

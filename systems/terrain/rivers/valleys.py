@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..height_steps import layer_weight
-from .banks import bank_gradient
 from .currents import currents
 from .form import (
     open_slopes,
@@ -24,7 +23,7 @@ from .form import (
     section_slopes,
     share_slopes,
 )
-from .pairs import Pairs, bent_by_place, by_distance, chosen, river_pairs
+from .pairs import Pairs, bank_gradient, bent_by_place, by_distance, chosen, river_pairs
 from .table import BESIDE_M, RiverTable
 
 __all__ = ["Valleys", "Waters", "beside_water", "shown_slopes", "valleys", "waters"]
