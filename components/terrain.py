@@ -104,7 +104,7 @@ class Terrain:
         0.0,
         1.0,
         "",
-        "How uneven banks of rivers and lakes are, and how much gravel and mud lies along them; 0: straight, with none",
+        "How far rivers wander, how uneven banks are, and how much gravel lies along them; 0: straight, with none",
         group="rivers",
     )
     drainage_cells: int = knob(

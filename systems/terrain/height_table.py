@@ -33,6 +33,7 @@ from .height_params import TerrainParams
 from .height_surface import carve, shader
 from .real_colors import write_anchor
 from .real_texture import MOST_LEVELS, TerrainReal, TerrainRealLevel, fixed_unit_m, write_real
+from .rivers.banks import water_wavelengths_m
 from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
 from .rivers.texture import river_layout
 from .rivers.valleys import valleys
@@ -124,7 +125,7 @@ class TerrainRivers:
     first_node: int
     first_block: int
     count_bits: Annotated[int, "of the number of lines in a cell"]
-    metre_bits: Annotated[int, "logarithm of the steps in a metre"]
+    longest_bits: Annotated[int, "logarithm of the longest wavelength of the noise that moves water, in steps"]
     uneven: Annotated[float, "how uneven banks are, 0..1"]
     given: Annotated[int, "1: lakes are where ground lies below their level (rivers/table.py)"]
     uncarved_m: Annotated[float, "the anchor's ground without them, above the reference sphere"]
@@ -276,7 +277,8 @@ def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.flo
     part["bends"]["value"] = rivers.bend_m
     part["step_m"] = rivers.cell_m / CELL_STEPS
     part["uneven"] = rivers.uneven
-    part["metre_bits"] = -round(math.log2(rivers.cell_m / CELL_STEPS))
+    step_m = rivers.cell_m / CELL_STEPS
+    part["longest_bits"] = round(math.log2(water_wavelengths_m(step_m)[0] / step_m))
     for name in ("across", "first_cell", "first_line", "first_node", "first_block", "count_bits"):
         part[name] = getattr(layout, name)
     part["open"], part["given"] = 1.0, int(rivers.given)

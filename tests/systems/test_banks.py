@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from river_kit import with_rivers
 
 from planetfall.systems.terrain.height import TerrainParams, height, height_and_gradient
-from planetfall.systems.terrain.rivers.banks import bank_bits
+from planetfall.systems.terrain.rivers.banks import water_wavelengths_m
 from planetfall.systems.terrain.rivers.form import BANK_FAR, BANK_NARROWEST
 from planetfall.systems.terrain.rivers.pairs import river_pairs
 from planetfall.systems.terrain.rivers.table import CELL_STEPS, RiverTable
@@ -99,11 +99,11 @@ def test_rivers_wander_over_their_floors(ground: TerrainParams) -> None:
     assert wanders.max() > table.values[:, 1].max(where=~lake, initial=0.0)
     assert (wanders <= 0.4 * np.maximum(table.values[:, 3] - table.values[:, 1], 0.0) * (1.0 + 1e-6)).all()
     pairs = river_pairs(table, beside(table, 6000, 6.0))
-    assert pairs is not None and pairs.wander is not None
-    near = pairs.wander.near
+    assert pairs is not None
+    near = pairs.moved[pairs.value[7, pairs.moved] > 0.0]
+    metres = pairs.value[7, near]
     moved = np.abs(pairs.d - pairs.valley_d)[near]
-    assert (moved <= np.sqrt(3.0) * pairs.wander.metres).all()
-    assert np.median(moved / pairs.wander.metres) > 0.05
+    assert (moved <= np.sqrt(3.0) * metres + 1e-6).all() and np.median(moved / metres) > 0.05
     wet = pairs.d[near] < pairs.bank[near]
     assert wet.any() and (pairs.valley_d[near][wet] < pairs.value[3, near][wet]).all()
 
@@ -142,8 +142,8 @@ def test_an_edge_wanders_along_a_straight_line() -> None:
 @pytest.mark.parametrize("radius_m", [100.0, *RADII])
 def test_wavelengths_are_the_same_on_planets_of_all_sizes(radius_m: float) -> None:
     """Where whole numbers hold them."""
-    step_m = 2.0 ** (np.floor(np.log2(radius_m)) - 8.0) / CELL_STEPS
-    bits = bank_bits(float(step_m))
-    assert all(4 <= b <= 30 for b in bits) and len(set(bits)) == 3
-    if radius_m >= 1e3:
-        assert [float(step_m * 2.0**b) for b in bits] == [256.0, 64.0, 16.0]
+    step_m = float(2.0 ** (np.floor(np.log2(radius_m)) - 8.0) / CELL_STEPS)
+    found = water_wavelengths_m(step_m)
+    assert (np.diff(np.log2(found)) == -2.0).all() and (found / step_m <= 2.0**30).all()
+    if radius_m >= 1e4:
+        np.testing.assert_array_equal(found, [4096.0, 1024.0, 256.0, 64.0, 16.0])

@@ -92,7 +92,8 @@ def test_water_flows_along_its_banks(table: RiverTable, in_rivers: tuple[Floats,
     assert speed.max() <= 7.5
     # Level, but for what rounds where a place is less than a metre from the line.
     assert np.abs((found.current_m_s * points).sum(axis=0) / table.radius_m).max() < 1e-7
-    # Within an eighth of the half width of a bank that turns by up to 0.9; in the middle it flows along the line.
+    # Within an eighth of the half width of a bank, which noise turns by half and more; in the middle it flows along the
+    # line.
     rng = np.random.default_rng(2)
     lines = rng.choice(lines_of(table, lake=False), 40_000)
     points = beside_lines(table, lines, rng.uniform(0.1, 0.9, 40_000), rng.uniform(-1.2, 1.2, 40_000))
@@ -106,16 +107,17 @@ def test_water_flows_along_its_banks(table: RiverTable, in_rivers: tuple[Floats,
     assert clear.sum() > 1000
     across = np.abs((current * aside).sum(axis=0) / (speed * np.maximum(length, 0.2)))[clear]
     # But where a river joins another, or turns.
-    assert np.percentile(across, 50) < 0.03 and np.percentile(across, 90) < 0.1
+    assert np.percentile(across, 50) < 0.06 and np.percentile(across, 90) < 0.3
 
 
 def test_water_flows_downhill(table: RiverTable, in_rivers: tuple[Floats, Waters]) -> None:
     points, found = in_rivers
     speed = np.linalg.norm(found.current_m_s, axis=0)
     climbs = (found.current_m_s * gradient(table, points, "level_m")).sum(axis=0) / speed
-    # Levels are means of the lines about; 1e-6 is what differences of float64 leave.
-    assert (climbs > 1e-6).mean() < 0.005
-    assert climbs.max() < 1e-3
+    # Levels are means of the lines about, and fall along the valley, where a bend may go back; 1e-6 is what differences
+    # of float64 leave.
+    assert (climbs > 1e-6).mean() < 0.02
+    assert climbs.max() < 4e-3, "rivers that fall more do not wander"
 
 
 def test_mouths_are_open(table: RiverTable) -> None:

@@ -5,6 +5,7 @@
 //
 //   WATER_FAR    pixels so wide that what they show is as good as where their line of sight meets the water
 //   WATER_WIDE   tiles too wide for a list of lines: each pixel asks those of its cell
+#define RIVER_PLAIN_AWAY   // a narrow river is as wide as its line says, however its meanders stretch
 #include "common/dither.glsl"
 #include "terrain/land_water.glsl"
 #include "common/octahedral.glsl"
@@ -79,8 +80,6 @@ LandWater water_around(vec3 D, bool asked, vec3 across, vec3 along) {
     octaves = 4.0 * terrain_table.rivers.bends[1].value < length(across) ? 1 : octaves;
 #endif
     RiverPlace p = river_bent(river_unbent(D), D, octaves);
-    // So do uneven banks.
-    p.banked = octaves < RIVER_BENDS;
     int begin = 0, k = 0, end = asked ? s_count : 0;
 #define NEXT_LINE (++k < end)
 #endif
@@ -210,7 +209,8 @@ void main() {
     bool inside = all(lessThan(pixel, textureSize(u_surface, 0)));
     if (inside) imageStore(u_land_water_out, pixel, found);
     if (inside && found.x != 0u) atomicOr(s_water, SURFACE_LAND_WATER);
-    if (inside && found.x == 0u && ((found.y & 0xffffu) != 0u || found.w != 0u)) atomicOr(s_water, SURFACE_WATER_ASHORE);
+    bool ashore = (found.y & 0xffffu) != 0u || found.w != 0u;
+    if (inside && found.x == 0u && ashore) atomicOr(s_water, SURFACE_WATER_ASHORE);
     if (inside && found.x == 0u && (found.y & 0xffu) != 0u) atomicOr(s_water, SURFACE_WATER_NARROW);
     memoryBarrierShared();
     barrier();

@@ -1,8 +1,9 @@
 // What rivers make of the ground: the GPU's side of systems/terrain/rivers/. Part of terrain/height.glsl, which has the
-// table and terrain_place. The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to
-// a texel; cells of columns, four to a texel; lines of cells, four to a texel, the widest of a cell's first, with how
-// wide they are; and nodes of three texels: place and the node downstream; level, half width, depth, half width of the
-// floor; reach, 1 for a lake, discharge.
+// table and terrain_place. RIVER_PLAIN_AWAY: nobody asks how the distance from water changes but for its direction.
+// The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to a texel; cells of
+// columns, four to a texel; lines of cells, four to a texel, the widest of a cell's first, with how wide they are; and
+// nodes of three texels: place and the node downstream; level, half width, depth, half width of the floor; reach, 1 for
+// a lake, discharge, how far it wanders.
 #include "generated/bindings.glsl"
 #include "common/pair.glsl"
 #include "generated/terrain_river_form.glsl"
@@ -61,9 +62,8 @@ struct RiverPlace {
     vec3 up;
     mat3 turned;   // how it is moved by the place
     ivec2 lines;
-    bool banked;   // the noise of banks has been asked
-    vec3 banks;    // its octaves
-    mat3 by_place; // and how these change, 1/m, a column each
+    vec3 noise[RIVER_WATER_OCTAVES];    // moves water on its floor
+    mat3 slopes[RIVER_WATER_OCTAVES];   // and how that changes with the place, 1/m
 };
 
 // Where D is, in steps and less than one.
@@ -89,14 +89,31 @@ RiverPlace river_unbent(TERRAIN_PLACE D) {
     p.lines = ivec2(0);
     p.up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
     p.turned = mat3(1.0);
-    p.banked = false;
-    p.banks = vec3(0.0);
-    p.by_place = mat3(0.0);
+    for (int k = 0; k < RIVER_WATER_OCTAVES; ++k) {
+        p.noise[k] = vec3(0.0);
+        p.slopes[k] = mat3(0.0);
+    }
     return p;
 }
 
 ivec3 river_cell(RiverPlace unbent) {
     return (unbent.steps + ivec3(floor(unbent.rest))) >> RIVER_CELL_BITS;
+}
+
+// One octave of the noise that moves water (systems/terrain/rivers/banks.py). steps, part: of the bent place.
+#define RIVER_ASK_OCTAVE(k) { \
+    int bits = terrain_table.rivers.longest_bits - 2 * k; \
+    float per_step = exp2(float(-bits)); \
+    vec3 fraction = (vec3(steps & ((1 << bits) - 1)) + part) * per_step; \
+    p.noise[k] = vector_noise((steps >> bits) + RIVER_WATER_OFFSET * (k + 1), fraction, p.slopes[k]); \
+    p.slopes[k] *= per_step / terrain_table.rivers.step_m; \
+}
+
+// Each octave is written out: once for a place, whatever its lines, and no array is indexed by a variable.
+void river_ask_noise(inout RiverPlace p) {
+    vec3 whole = floor(p.rest), part = p.rest - whole;
+    ivec3 steps = p.steps + ivec3(whole);
+    RIVER_ASK_OCTAVE(0) RIVER_ASK_OCTAVE(1) RIVER_ASK_OCTAVE(2) RIVER_ASK_OCTAVE(3) RIVER_ASK_OCTAVE(4)
 }
 
 // The same, moved by the warp, unless `octaves` is 0.
@@ -113,6 +130,7 @@ RiverPlace river_bent(RiverPlace p, TERRAIN_PLACE D, int octaves) {
         p.turned += (lattice.value * lattice.frequency_per_m) * jacobian;
     } while (++k < octaves);
     p.rest += bend / terrain_table.rivers.step_m;
+    river_ask_noise(p);
     return p;
 }
 
@@ -120,22 +138,6 @@ RiverPlace river_place(TERRAIN_PLACE D) {
     RiverPlace p = river_unbent(D);
     p.lines = river_lines(river_cell(p));
     return river_bent(p, D, p.lines.y > 0 ? RIVER_BENDS : 0);
-}
-
-// What makes banks uneven (systems/terrain/rivers/banks.py).
-void river_ask_banks(inout RiverPlace p) {
-    vec3 whole = floor(p.rest), part = p.rest - whole;
-    ivec3 steps = p.steps + ivec3(whole), bits = min(ivec3(8, 6, 4) + terrain_table.rivers.metre_bits, ivec3(30, 28, 26));
-    const ivec3 offsets = ivec3(RIVER_BANK_OFFSET_0, RIVER_BANK_OFFSET_1, RIVER_BANK_OFFSET_2);
-    p.banked = true;
-    int k = 0;
-    do {
-        float per_step = exp2(float(-bits[k]));
-        vec3 fraction = (vec3(steps & ((1 << bits[k]) - 1)) + part) * per_step;
-        vec4 noise = gradient_noise((steps >> bits[k]) + offsets[k], fraction);
-        p.banks[k] = noise.w;
-        p.by_place[k] = noise.xyz * (per_step / terrain_table.rivers.step_m);
-    } while (++k < 3);
 }
 
 // A line of a river at a place: values of its nodes there, and how they change along the whole of it.
@@ -191,41 +193,43 @@ RiverEnds river_ends(int index) {
     return river_ends_of(river_packed_line(index));
 }
 
-// Moves the place that a line's water is held against (systems/terrain/rivers/meanders.py). way, to_a: level, and to its
-// beginning, steps.
-void river_wander(inout RiverLine line, float wander, float wander_step, vec3 to_a, vec3 way, float per_square,
-    RiverPlace p) {
-    float most = min(float(RIVER_OCTAVE_MOST), 29.0 - float(terrain_table.rivers.metre_bits));
-    float x = clamp(log2(wander / RIVER_MEANDER_SHARE), float(RIVER_OCTAVE_LEAST), most), low = min(floor(x), most - 1.0);
-    float share = x - low;
-    vec3 whole = floor(p.rest), part = p.rest - whole, n[2];
-    ivec3 steps = p.steps + ivec3(whole);
-    mat3 slopes[2];
-    for (int k = 0; k < 2; ++k) {
-        int octave = int(low) + k, bits = octave + terrain_table.rivers.metre_bits;
-        vec3 fraction = (vec3(steps & ((1 << bits) - 1)) + part) * exp2(float(-bits));
-        n[k] = vector_noise((steps >> bits) + RIVER_MEANDER_OFFSET + RIVER_MEANDER_OFFSET_STEP * octave, fraction,
-            slopes[k]);
-        slopes[k] *= exp2(float(-octave));
-    }
-    TerrainRiverWanderSlopes moved = terrain_river_wander_slopes(line.valley_d, line.section.y, wander);
-    vec3 mixed = mix(n[0], n[1], share), more = n[1] - n[0];
-    float by_share = share > 0.0 && share < 1.0 ? moved.value / (wander * 0.6931472) : 0.0;
-    vec3 by_place = moved.by_d * line.valley_away
-        + (moved.by_half_width * line.section_step.y + moved.by_metres * wander_step) * line.along;
+// Moves the place that a line's water is held against (systems/terrain/rivers/meanders.py). way, to_a: level, and to
+// its beginning, steps.
+void river_wander(inout RiverLine line, float wander_step, vec3 to_a, vec3 way, float per_square, RiverPlace p) {
+    float wander = max(line.wander, 1e-3), longest = exp2(float(terrain_table.rivers.longest_bits))
+        * terrain_table.rivers.step_m;
+    float x = 0.5 * log2(longest * RIVER_MEANDER_SHARE / wander);
+    float inside = x > 0.0 && x < float(RIVER_MEANDER_OCTAVES - 1) ? -0.7213475 / wander : 0.0;
+    vec4 off = clamp(x, 0.0, float(RIVER_MEANDER_OCTAVES - 1)) - vec4(0.0, 1.0, 2.0, 3.0);
+    vec4 weights = max(1.0 - abs(off), 0.0);
+    vec4 by_wander = inside * -sign(off) * vec4(greaterThan(weights, vec4(0.0)));
+    TerrainRiverWanderSlopes moved = terrain_river_wander_slopes(line.valley_d, line.section.y, line.wander);
+    vec3 mixed = mat4x3(p.noise[0], p.noise[1], p.noise[2], p.noise[3]) * weights;
+    vec3 more = mat4x3(p.noise[0], p.noise[1], p.noise[2], p.noise[3]) * by_wander;
     vec3 rest = p.rest + (moved.value / terrain_table.rivers.step_m) * mixed;
     float t = clamp(-dot(river_level(to_a - rest, p.up), way) * per_square, 0.0, 1.0);
-    vec3 off = river_level(to_a + t * way - rest, p.up) * terrain_table.rivers.step_m;
-    line.d = length(off);
-    vec3 away = -off / max(line.d, 1e-9);
-    line.away = away + moved.value * (away * ((1.0 - share) * slopes[0] + share * slopes[1]))
-        + dot(away, mixed) * by_place + (dot(away, more) * by_share * wander_step) * line.along;
+    vec3 off_m = river_level(to_a + t * way - rest, p.up) * terrain_table.rivers.step_m;
+    line.d = length(off_m);
+    vec3 away = -off_m / max(line.d, 1e-9);
+#ifdef RIVER_PLAIN_AWAY
+    line.away = away;
+#else
+    vec3 by_place = moved.by_d * line.valley_away
+        + (moved.by_half_width * line.section_step.y + moved.by_metres * wander_step) * line.along;
+    line.away = away + moved.value * ((away * p.slopes[0]) * weights.x + (away * p.slopes[1]) * weights.y
+        + (away * p.slopes[2]) * weights.z + (away * p.slopes[3]) * weights.w)
+        + dot(away, mixed) * by_place + (moved.value * dot(away, more) * wander_step) * line.along;
+#endif
 }
 
-RiverLine river_line(RiverEnds ends, inout RiverPlace p) {
+// Without what noise moves. to_a, way: to its beginning, and of all of it, level, steps.
+RiverLine river_still_line(RiverEnds ends, RiverPlace p, out vec3 to_a, out vec3 way, out float per_square) {
     // Steps: whole numbers of at most 24 bits.
-    vec3 to_a = vec3(ends.a - p.steps), whole_way = ends.way, way = river_level(whole_way, p.up);
-    float per_square = 1.0 / max(dot(way, way), 1.0), t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
+    vec3 whole_way = ends.way;
+    to_a = vec3(ends.a - p.steps);
+    way = river_level(whole_way, p.up);
+    per_square = 1.0 / max(dot(way, way), 1.0);
+    float t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
     RiverLine line;
     line.along = t > 0.0 && t < 1.0 ? way * (per_square / terrain_table.rivers.step_m) : vec3(0.0);
     line.way = way * terrain_table.rivers.step_m;
@@ -249,22 +253,30 @@ RiverLine river_line(RiverEnds ends, inout RiverPlace p) {
     line.lake = ends.above_more.y * ends.below_more.y;
     line.discharge = mix(ends.above_more.z, ends.below_more.z, t);
     line.wander = mix(ends.above_more.w, ends.below_more.w, t);
-#ifndef TERRAIN_STRAIGHT_BANKS
-    if (line.wander > 0.0 && line.valley_d < 2.5 * line.section.y + 4.5 * line.wander)
-        river_wander(line, line.wander, ends.below_more.w - ends.above_more.w, to_a, way, per_square, p);
-#endif
     line.by_bank = line.section_step.y * line.along;
     line.bank = line.section.y;
-#ifndef TERRAIN_STRAIGHT_BANKS
-    if (line.d < RIVER_BANK_FAR * line.section.y && terrain_table.rivers.uneven > 0.0) {
-        if (!p.banked) river_ask_banks(p);
+    return line;
+}
+
+// Whether noise may move its water at the place.
+bool river_moved(RiverLine line) {
+    return terrain_table.rivers.uneven > 0.0
+        && line.valley_d < RIVER_WATER_FAR * line.section.y + RIVER_MEANDER_FAR * line.wander;
+}
+
+RiverLine river_line(RiverEnds ends, RiverPlace p) {
+    vec3 to_a, way;
+    float per_square;
+    RiverLine line = river_still_line(ends, p, to_a, way, per_square);
+    if (river_moved(line)) {
+        river_wander(line, ends.below_more.w - ends.above_more.w, to_a, way, per_square, p);
         TerrainRiverBankSlopes bank = terrain_river_bank_slopes(line.d, line.section.y, line.section.w,
-            terrain_table.rivers.uneven, p.banks.x, p.banks.y, p.banks.z);
+            terrain_table.rivers.uneven, p.noise[2].x, p.noise[3].x, p.noise[4].x);
         line.bank = bank.value;
-        line.by_bank = bank.by_d * line.away + p.by_place * vec3(bank.by_coarse, bank.by_middle, bank.by_fine)
+        line.by_bank = bank.by_d * line.away + bank.by_coarse * vec3(1.0, 0.0, 0.0) * p.slopes[2]
+            + bank.by_middle * vec3(1.0, 0.0, 0.0) * p.slopes[3] + bank.by_fine * vec3(1.0, 0.0, 0.0) * p.slopes[4]
             + (bank.by_half_width * line.section_step.y + bank.by_floor_width * line.section_step.w) * line.along;
     }
-#endif
     return line;
 }
 

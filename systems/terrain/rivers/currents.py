@@ -62,12 +62,12 @@ def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], up: Floats) -
     after = ((place - b) * along).sum(axis=0) > 0.0
     away, d = pairs.away.take(wet, axis=1), pairs.d.take(wet)
     # Water keeps its share of the width where that changes.
-    by_bank, before = bank_gradient(table, pairs, by_distance(pairs)).take(wet, axis=1), along
-    wanders = np.empty(0, np.int64)
-    if pairs.wander is not None:
+    by_bank, before = bank_gradient(table, pairs, by_distance(table, pairs)).take(wet, axis=1), along
+    wanders, turned = np.empty(0, np.int64), np.empty((3, 3, 0))
+    if pairs.moved.size:
         # A part of `wet` and of those that wander, both rising.
-        _, wanders, some = np.intersect1d(wet, pairs.wander.near, assume_unique=True, return_indices=True)
-        turned, before = held_by_place(pairs)[:, :, some], along.copy()
+        _, wanders, some = np.intersect1d(wet, pairs.moved, assume_unique=True, return_indices=True)
+        turned, before = held_by_place(table, pairs)[:, :, some], along.copy()
         before[:, wanders] = _back(turned, up[:, wanders], along[:, wanders])
     narrows = np.clip(d / half * (by_bank * before).sum(axis=0), -_MOST_NARROWING, _MOST_NARROWING)
     # Round the end of a line that goes on, not across the bank; out of the last one straight on.

@@ -42,14 +42,17 @@ BANK_INWARD = 0.6
 """By so much of the most that it moves them banks lie further in, where the floor has no room for more water."""
 BANK_NARROWEST = 0.4
 """Of the half width so much is left anywhere."""
-BANK_OUT = 3 * BANK_MOST * 1.5
-"""Of the half width, more than noise moves banks out: each octave stays below 1.5 (engine/surface/noise.py)."""
-BANK_FAR = 2.5
-"""Half widths from the line from which on its banks count as straight."""
+BANK_OUT = 3 * BANK_MOST
+"""Of the half width, more than noise moves banks out."""
+BANK_FAR, WATER_FAR, MEANDER_FAR = 2.5, 2.5, 4.5
+"""Half widths from the line from which on its banks count as straight; and from which on, with so many times how far
+the river wanders added, no noise moves water."""
 
 
 MEANDER_HALF_WIDTHS, MEANDER_SHARE = 22.0, 0.5
 """Wavelengths of meanders: eleven widths (Leopold and Wolman 1960); and how far a river wanders at most, by that."""
+WATER_OCTAVES, MEANDER_OCTAVES = 5, 4
+"""Of the noise that moves water, and how many of these, the longest, meanders have."""
 MEANDER_STEEP = 0.004
 """Rivers that fall more do not wander."""
 MEANDER_ROOM, MEANDER_NARROW = 0.4, 1.7
@@ -59,7 +62,7 @@ widths."""
 
 def river_wander(d: Any, half_width: Any, metres: Any) -> Any:
     """How far places are moved: so many metres near the line, not at all from 2.5 half widths and 4.5 times that on."""
-    left = (2.5 * half_width + 4.5 * metres - d) / (half_width + 2.5 * metres)
+    left = (WATER_FAR * half_width + MEANDER_FAR * metres - d) / (half_width + 2.5 * metres)
     return metres * smoothstep(left)
 
 

@@ -17,7 +17,17 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .form import BANK_FAR, BANK_M, BANK_SHARE, FLOOR_SLOPE, NEAR_M2, river_open, river_section, river_share
+from .form import (
+    BANK_M,
+    BANK_SHARE,
+    FLOOR_SLOPE,
+    MEANDER_FAR,
+    NEAR_M2,
+    WATER_FAR,
+    river_open,
+    river_section,
+    river_share,
+)
 from .pairs import Pairs, chosen
 from .table import RiverTable
 from .valleys import Valleys
@@ -28,7 +38,7 @@ Floats = NDArray[np.float64]
 
 MARGIN = 2.0
 """The warp stretches distances by 1.9 at most, by 1.6 on all but one of a hundred places."""
-UNEVEN = 1.8
+UNEVEN = 2.2
 """Noise makes a bank turn by so much: three octaves that change by 0.3 of a way each, and what fades further out."""
 WANDERING = 1.0
 """And meanders stretch distances by so much more."""
@@ -113,7 +123,7 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
 
 def _uneven(pairs: Pairs) -> NDArray[np.bool_]:
     """(P,) where noise moves banks."""
-    return pairs.valley_d < BANK_FAR * pairs.value[1] + 4.5 * pairs.value[7]
+    return pairs.valley_d < WATER_FAR * pairs.value[1] + MEANDER_FAR * pairs.value[7]
 
 
 def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats, uneven: float) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ....engine.surface.noise import Lattice
 from ....engine.table_cache import TableCache
-from .banks import bank_lattice
+from .banks import water_lattice
 from .bends import BEND_CELLS, BEND_SHARES, bend_amplitudes_m, bend_lattice, river_cell_m
 from .form import HELD
 from .meanders import meanders
@@ -124,8 +124,8 @@ class RiverTable:
 
     @cached_property
     def banks(self) -> Lattice:
-        """Octaves of the noise that makes banks uneven."""
-        return bank_lattice(self.cell_m / CELL_STEPS)
+        """Octaves of the noise that moves water on its floor."""
+        return water_lattice(self.cell_m / CELL_STEPS)
 
     @property
     def nbytes(self) -> int:

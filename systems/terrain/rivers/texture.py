@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from ....engine.made_shaders import made_shader
 from . import form
-from .banks import BANK_OFFSETS
-from .meanders import OCTAVES, octave_offsets
+from .banks import WATER_OFFSET
 from .table import BEND_CELLS, CELL_STEPS, RiverTable
 
 __all__ = ["RiverLayout", "river_layout", "river_texels"]
@@ -129,12 +128,10 @@ def _shader() -> str:
         "BLOCK": _BLOCK, "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS),
         "WIDTH_LEAST": float(_WIDTH_LEAST), "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "BANK_SHARE": form.BANK_SHARE, "FLOOR_SLOPE": form.FLOOR_SLOPE,
-        "BANK_FAR": form.BANK_FAR, "BANK_OUT": form.BANK_OUT,
+        "BANK_OUT": form.BANK_OUT,
     }  # fmt: skip
-    numbers |= {f"BANK_OFFSET_{k}": offset for k, offset in enumerate(BANK_OFFSETS)}
-    first, second = (int(octave_offsets(np.array(float(k)))) for k in (0, 1))
-    numbers |= {"MEANDER_OFFSET": first, "MEANDER_OFFSET_STEP": second - first, "MEANDER_SHARE": form.MEANDER_SHARE}
-    numbers |= {"OCTAVE_LEAST": OCTAVES[0], "OCTAVE_MOST": OCTAVES[1]}
+    names = ("MEANDER_SHARE", "WATER_FAR", "MEANDER_FAR", "WATER_OCTAVES", "MEANDER_OCTAVES")
+    numbers |= {"WATER_OFFSET": WATER_OFFSET, **{name: getattr(form, name) for name in names}}
     text = "".join(f"const {type(v).__name__} RIVER_{name} = {v};\n" for name, v in numbers.items())
     return text + form.shader()
 

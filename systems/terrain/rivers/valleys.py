@@ -106,7 +106,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
     if d_base is not None and d_raised is not None:
         apart = own - np.repeat(off, pairs.many)
-        away = by_distance(pairs)
+        away = by_distance(table, pairs)
         by_bank = bank_gradient(table, pairs, away)
         d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, away, by_bank, share, apart, total))
         d_raised[:, at] = np.einsum(
