@@ -127,6 +127,7 @@ class TerrainRivers:
     count_bits: Annotated[int, "of the number of lines in a cell"]
     longest_bits: Annotated[int, "logarithm of the longest wavelength of the noise that moves water, in steps"]
     uneven: Annotated[float, "how uneven banks are, 0..1"]
+    moves: Annotated[int, "1: noise moves water on its floor"]
     given: Annotated[int, "1: lakes are where ground lies below their level (rivers/table.py)"]
     uncarved_m: Annotated[float, "the anchor's ground without them, above the reference sphere"]
     base_m: Annotated[float, "what they cut it to; 0 where no valley reaches"]
@@ -276,7 +277,7 @@ def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.flo
     _anchor(part["bends"], point, rivers.bends, slice(None))
     part["bends"]["value"] = rivers.bend_m
     part["step_m"] = rivers.cell_m / CELL_STEPS
-    part["uneven"] = rivers.uneven
+    part["uneven"], part["moves"] = rivers.uneven, int(rivers.moves)
     step_m = rivers.cell_m / CELL_STEPS
     part["longest_bits"] = round(math.log2(water_wavelengths_m(step_m)[0] / step_m))
     for name in ("across", "first_cell", "first_line", "first_node", "first_block", "count_bits"):

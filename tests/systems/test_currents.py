@@ -31,7 +31,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RiverTable]:
         params = TerrainParams.from_component(terrain, radius_m)
         nodes = rivers_of_ground(params, climate_params(terrain, scene.planet.get(Ocean) is not None), CELLS)
         assert nodes is not None
-        yield river_table(nodes, radius_m, params.seed)
+        yield river_table(nodes, radius_m, params.seed, wander=1.0)
 
 
 def bent(table: RiverTable, points: Floats) -> Floats:

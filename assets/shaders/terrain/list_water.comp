@@ -65,7 +65,7 @@ float damp_width(float half_width, float depth) {
 TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float least, int first) {
     RiverPlace p = river_bent(river_unbent(ground.middle), ground.middle, RIVER_BENDS);
     float radius = STRETCHED * ground.radius + 4.0 * ground.narrowest;
-    float uneven_radius = terrain_table.rivers.uneven > 0.0 ? UNEVENLY_STRETCHED * radius : radius;
+    float uneven_radius = terrain_table.rivers.moves != 0 ? UNEVENLY_STRETCHED * radius : radius;
     TileLines found = TileLines(0, false);
     int cell = 0;
     if (cells > 0) do {

@@ -260,7 +260,7 @@ RiverLine river_still_line(RiverEnds ends, RiverPlace p, out vec3 to_a, out vec3
 
 // Whether noise may move its water at the place.
 bool river_moved(RiverLine line) {
-    return terrain_table.rivers.uneven > 0.0
+    return terrain_table.rivers.moves != 0
         && line.valley_d < RIVER_WATER_FAR * line.section.y + RIVER_MEANDER_FAR * line.wander;
 }
 

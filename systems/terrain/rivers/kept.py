@@ -62,7 +62,7 @@ def _name_of(key: RiverKey) -> str | None:
         return None
     ground = key_of(params, key.climate, across_of(key.cells))
     return TableCache.key(
-        "table", _sources(), ground, repr(given), repr(key.cells), repr(key.strength), repr(key.banks)
+        "table", _sources(), ground, repr(given), repr(key.cells), repr(key.strength), repr((key.banks, key.meanders))
     )
 
 

@@ -190,7 +190,7 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
         first, near, many = _groups(where)
         bends = bends.at(np.searchsorted(before, near))
     held, water_d, water_away, bank = bent.copy(), d.copy(), away.copy(), value[1].copy()
-    moved = np.flatnonzero(d < WATER_FAR * value[1] + MEANDER_FAR * value[7]) if table.uneven > 0.0 else _NONE
+    moved = np.flatnonzero(d < WATER_FAR * value[1] + MEANDER_FAR * value[7]) if table.moves else _NONE
     noise = table.banks.cells(bent[:, moved])
     if moved.size:
         vector, half, floor, metres = noise.vector(), value[1, moved], value[3, moved], value[7, moved]

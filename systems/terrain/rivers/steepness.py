@@ -90,7 +90,7 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
 
     _sides(result, found, pairs, table)
     wanders = WANDERING * (pairs.value[7] > 0.0)
-    uneven = np.where(_uneven(pairs), 1.0 + (UNEVEN + wanders) * table.uneven, 1.0)
+    uneven = np.where(_uneven(pairs), 1.0 + UNEVEN * table.uneven + wanders, 1.0)
     # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
     bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
     bed = np.where(pairs.d < half, 2.0 * depth / (half + 1e-3), 0.0)
@@ -98,7 +98,7 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
     result[Steepness.BANK, at] = MARGIN * largest(banks)
     result[Steepness.EDGE, at] = largest(uneven / np.maximum(np.abs(pairs.d - half), 1e-9))
     result[Steepness.HELD, at] = found.raised[at] > 0.0
-    _floors(result, found, pairs, banks, table.uneven)
+    _floors(result, found, pairs, banks, float(table.moves))
     return result
 
 

@@ -123,6 +123,11 @@ class RiverTable:
         return _half_widths(self.to, self.values)
 
     @cached_property
+    def moves(self) -> bool:
+        """Whether noise moves any water on its floor."""
+        return self.uneven > 0.0 or bool((self.values[:, 7] > 0.0).any())
+
+    @cached_property
     def banks(self) -> Lattice:
         """Octaves of the noise that moves water on its floor."""
         return water_lattice(self.cell_m / CELL_STEPS)
@@ -133,9 +138,11 @@ class RiverTable:
         return sum(a.nbytes for a in (self.place, self.to, self.values, self.keys, self.begin, self.lines))
 
 
-def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = False, banks: float = 1.0) -> RiverTable:
+def river_table(
+    nodes: RiverNodes, radius_m: float, seed: int, given: bool = False, banks: float = 1.0, wander: float = 0.0
+) -> RiverTable:
     """The table of these nodes on a planet of that radius. seed: of the bends. given: as RiverTable has it. banks: how
-    uneven they are; where they are given, not at all."""
+    uneven they are, and wander: how far rivers do, 0..1; where they are given, not at all."""
     cell_m = river_cell_m(radius_m)
     place = np.rint(nodes.direction * (radius_m / cell_m * CELL_STEPS)).astype(np.int64)
     place = np.clip(place, -(2**31), 2**31 - 1).astype(np.int32)
@@ -149,8 +156,8 @@ def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = Fal
     keys, begin, lines = _kept_cells(place, nodes.to, reach / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     uneven = 0.0 if given else banks
-    if uneven > 0.0:
-        values[:, 7] = uneven * meanders(nodes.to, nodes.direction * radius_m, values)
+    if wander > 0.0 and not given:
+        values[:, 7] = wander * meanders(nodes.to, nodes.direction * radius_m, values)
     return RiverTable(
         radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given, uneven
     )
