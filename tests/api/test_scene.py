@@ -51,6 +51,7 @@ VIEWS = [
     "lake",
     "lakeside",
     "delta",
+    "lowland",
     "canyon",
     "ranges",
     "waterfall",
