@@ -107,14 +107,6 @@ class Terrain:
         "How uneven banks of rivers and lakes are, and how much gravel and mud lies along them; 0: straight, with none",
         group="rivers",
     )
-    meanders: float = knob(
-        0.0,
-        0.0,
-        1.0,
-        "",
-        "How far rivers of gentle valleys wander over their floors; 0: not at all",
-        group="rivers",
-    )
     drainage_cells: int = knob(
         3_538_944,
         1536,

@@ -34,7 +34,5 @@ def ground_params(
     found = dry_ground(terrain, radius_m)
     if terrain.rivers <= 0.0:
         return found
-    key = RiverKey(
-        found, climate_params(terrain, sea), terrain.drainage_cells, terrain.rivers, terrain.banks, terrain.meanders
-    )
+    key = RiverKey(found, climate_params(terrain, sea), terrain.drainage_cells, terrain.rivers, terrain.banks)
     return replace(found, rivers=source.now(key) if before is None else source.soon(key, before.rivers))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import astuple, dataclass
 from typing import Annotated, Any
 
@@ -33,7 +32,7 @@ from .height_params import TerrainParams
 from .height_surface import carve, shader
 from .real_colors import write_anchor
 from .real_texture import MOST_LEVELS, TerrainReal, TerrainRealLevel, fixed_unit_m, write_real
-from .rivers.banks import water_wavelengths_m
+from .rivers.banks import bank_bits
 from .rivers.table import BEND_CELLS, CELL_STEPS, RiverTable
 from .rivers.texture import river_layout
 from .rivers.valleys import valleys
@@ -125,9 +124,8 @@ class TerrainRivers:
     first_node: int
     first_block: int
     count_bits: Annotated[int, "of the number of lines in a cell"]
-    longest_bits: Annotated[int, "logarithm of the longest wavelength of the noise that moves water, in steps"]
+    bank_bits: Annotated[IVec3, "wavelengths of the noise of banks: logarithms, in steps"]
     uneven: Annotated[float, "how uneven banks are, 0..1"]
-    moves: Annotated[int, "1: noise moves water on its floor"]
     given: Annotated[int, "1: lakes are where ground lies below their level (rivers/table.py)"]
     uncarved_m: Annotated[float, "the anchor's ground without them, above the reference sphere"]
     base_m: Annotated[float, "what they cut it to; 0 where no valley reaches"]
@@ -277,9 +275,8 @@ def _write_rivers(table: NDArray[Any], rivers: RiverTable, point: NDArray[np.flo
     _anchor(part["bends"], point, rivers.bends, slice(None))
     part["bends"]["value"] = rivers.bend_m
     part["step_m"] = rivers.cell_m / CELL_STEPS
-    part["uneven"], part["moves"] = rivers.uneven, int(rivers.moves)
-    step_m = rivers.cell_m / CELL_STEPS
-    part["longest_bits"] = round(math.log2(water_wavelengths_m(step_m)[0] / step_m))
+    part["uneven"] = rivers.uneven
+    part["bank_bits"] = bank_bits(rivers.cell_m / CELL_STEPS)
     for name in ("across", "first_cell", "first_line", "first_node", "first_block", "count_bits"):
         part[name] = getattr(layout, name)
     part["open"], part["given"] = 1.0, int(rivers.given)

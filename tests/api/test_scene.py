@@ -51,7 +51,6 @@ VIEWS = [
     "lake",
     "lakeside",
     "delta",
-    "lowland",
     "canyon",
     "ranges",
     "waterfall",

@@ -93,7 +93,7 @@ CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shado
 COVER_VIEWS = (
     "lakeside", "forest", "meadow", "savanna", "desert", "palms", "treeline", "canopy", "grove", "woodland",
 )  # fmt: skip
-SMALL_VIEWS = ("waterfall", "canyon", "lowland")
+SMALL_VIEWS = ("waterfall", "canyon")
 """Those that show enough at half the size."""
 
 
@@ -183,7 +183,6 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("stars_dense", "earth", "night", {"stars.density": 10.0}),
     knob_picture("sun_disc_large", "earth", "limb", {"sun.angular_radius_rad": 0.03, "composite.bloom": 0.0}),
     knob_picture("layers_4", "earth", "terminator", {**FEW_CELLS, "terrain.layers": 4}),
-    knob_picture("meanders", "earth", "lowland", {"terrain.meanders": 1.0}),
     knob_picture("banks_off", "earth", "river", {"terrain.banks": 0.0}),
     knob_picture("rivers_off", "earth", "river", {"terrain.rivers": 0.0}),
     knob_picture("erosion_off", "earth", "ranges", {"terrain.erosion": 0.0}),

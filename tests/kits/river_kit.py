@@ -57,7 +57,7 @@ def walks(params: TerrainParams, count: int = 40, seed: int = 3) -> RiverNodes:
 def with_rivers(params: TerrainParams, count: int = 40, seed: int = 3) -> tuple[TerrainParams, RiverNodes]:
     """The same ground carved by `walks`, and these."""
     nodes = walks(params, count, seed)
-    return replace(params, rivers=river_table(nodes, params.radius_m, params.seed, wander=1.0)), nodes
+    return replace(params, rivers=river_table(nodes, params.radius_m, params.seed)), nodes
 
 
 def with_waterfalls(params: TerrainParams, count: int = 12, seed: int = 3) -> tuple[TerrainParams, RiverNodes]:
@@ -66,4 +66,4 @@ def with_waterfalls(params: TerrainParams, count: int = 12, seed: int = 3) -> tu
     left = STEPS - 2 - np.arange(len(nodes)) % STEPS
     steep = nodes.level_m[STEPS - 1 :: STEPS].repeat(STEPS) + 120.0 * np.maximum(left, 0)
     nodes = with_falls(replace(nodes, level_m=steep.astype(np.float32)), params.radius_m)
-    return replace(params, rivers=river_table(nodes, params.radius_m, params.seed, wander=1.0)), nodes
+    return replace(params, rivers=river_table(nodes, params.radius_m, params.seed)), nodes

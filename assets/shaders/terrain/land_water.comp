@@ -5,7 +5,6 @@
 //
 //   WATER_FAR    pixels so wide that what they show is as good as where their line of sight meets the water
 //   WATER_WIDE   tiles too wide for a list of lines: each pixel asks those of its cell
-#define RIVER_PLAIN_AWAY   // a narrow river is as wide as its line says, however its meanders stretch
 #include "common/dither.glsl"
 #include "terrain/land_water.glsl"
 #include "common/octahedral.glsl"
@@ -36,7 +35,7 @@ shared int s_count;
 shared ivec3 s_a[WATER_LINES];
 shared vec3 s_way[WATER_LINES];
 shared vec4 s_above[WATER_LINES], s_below[WATER_LINES];
-shared vec4 s_above_more[WATER_LINES], s_below_more[WATER_LINES];
+shared vec3 s_above_more[WATER_LINES], s_below_more[WATER_LINES];
 
 void take_lines(int record) {
     int lane = int(gl_LocalInvocationIndex), count = water_lines[record * WATER_RECORD];

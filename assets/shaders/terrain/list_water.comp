@@ -1,5 +1,4 @@
 // Tiles of the picture that a river or a lake may show in, and the lines of water that count in them. A lane a tile.
-#define RIVER_PLAIN_AWAY
 #include "terrain/water_place.glsl"
 #include "terrain/waters.glsl"
 #include "terrain/tile_waters.glsl"
@@ -14,9 +13,7 @@ const int LOOKS = 9;
 // Places between those are no further from their middle than so many times as far as these; and the warp that bends
 // lines stretches lengths.
 const float WITHIN = 1.2, STRETCHED = 1.6;
-// Noise that moves water stretches them by as much again, and moves banks by 0.9 of a way along them; it moves these by
-// so much at most (systems/terrain/rivers/form.py), and meanders along each of two axes.
-const float UNEVENLY_STRETCHED = 2.8, BANKS_OUT_M = 101.0, MEANDERS_OUT = 1.42;
+const float BANKS_OUT_M = 101.0;   // 0.3 of the three wavelengths that move them (systems/terrain/rivers/form.py)
 const int TRIES = 4;
 const int MOST_BLOCKS = 128;   // more are not looked at
 
@@ -65,7 +62,6 @@ float damp_width(float half_width, float depth) {
 TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float least, int first) {
     RiverPlace p = river_bent(river_unbent(ground.middle), ground.middle, RIVER_BENDS);
     float radius = STRETCHED * ground.radius + 4.0 * ground.narrowest;
-    float uneven_radius = terrain_table.rivers.moves != 0 ? UNEVENLY_STRETCHED * radius : radius;
     TileLines found = TileLines(0, false);
     int cell = 0;
     if (cells > 0) do {
@@ -75,20 +71,17 @@ TileLines tile_lines(TileGround ground, ivec3 low, ivec3 sides, int cells, float
         float half_width = river_packed_half_width(packed_line);
         if (half_width > least) do {
             RiverLine line = river_line(river_ends_of(packed_line), p);
-            // The least distance of a place in the tile from the water: by all that noise may move that, and by what it
-            // is in the middle.
-            float moved = min(terrain_table.rivers.uneven * min(RIVER_BANK_OUT * half_width, BANKS_OUT_M),
-                line.section.w - line.section.y) + MEANDERS_OUT * line.wander;
-            float beyond = max(line.valley_d - half_width - moved - radius, line.d - line.bank - uneven_radius);
-            float damp = damp_width(half_width, line.section.z);
+            // Banks are nowhere further out than the floor and than noise moves them.
+            float uneven = clamp(line.section.w - line.section.y, 0.0, min(RIVER_BANK_OUT * half_width, BANKS_OUT_M));
+            float beyond = line.d - half_width - uneven, damp = damp_width(half_width, line.section.z);
             damp = max(damp, terrain_table.rivers.uneven * min(0.6 * half_width + 0.3, BAR_STRIP_M + BAR_MOST_M));
             damp = damp > ground.narrowest ? damp : 0.0;
-            bool known = beyond > WATER_AROUND_M;
+            bool known = beyond > radius + WATER_AROUND_M;
             int j = 0, kept = min(found.count, WATER_LINES);
             if (j < kept) do {
                 known = known || (water_lines[first + 1 + j] & RIVER_NODE_MASK) == (packed_line & RIVER_NODE_MASK);
             } while (++j < kept);
-            found.near = found.near || beyond < damp;
+            found.near = found.near || beyond < radius + damp;
             if (!known && found.count < WATER_LINES) water_lines[first + 1 + found.count] = packed_line;
             found.count += known ? 0 : 1;
             packed_line = ++k < end ? river_packed_line(k) : 0;

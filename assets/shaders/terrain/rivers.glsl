@@ -1,9 +1,8 @@
 // What rivers make of the ground: the GPU's side of systems/terrain/rivers/. Part of terrain/height.glsl, which has the
-// table and terrain_place. RIVER_PLAIN_AWAY: nobody asks how the distance from water changes but for its direction.
-// The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to a texel; cells of
-// columns, four to a texel; lines of cells, four to a texel, the widest of a cell's first, with how wide they are; and
-// nodes of three texels: place and the node downstream; level, half width, depth, half width of the floor; reach, 1 for
-// a lake, discharge, how far it wanders.
+// table and terrain_place. The texture holds, one after the other (rivers/texture.py): columns of cells along z, two to
+// a texel; cells of columns, four to a texel; lines of cells, four to a texel, the widest of a cell's first, with how
+// wide they are; and nodes of three texels: place and the node downstream; level, half width, depth, half width of the
+// floor; reach, 1 for a lake, discharge.
 #include "generated/bindings.glsl"
 #include "common/pair.glsl"
 #include "generated/terrain_river_form.glsl"
@@ -62,8 +61,8 @@ struct RiverPlace {
     vec3 up;
     mat3 turned;   // how it is moved by the place
     ivec2 lines;
-    vec3 noise[RIVER_WATER_OCTAVES];    // moves water on its floor
-    mat3 slopes[RIVER_WATER_OCTAVES];   // and how that changes with the place, 1/m
+    vec3 banks;    // octaves of the noise of banks
+    mat3 by_place; // and how these change, 1/m, a column each
 };
 
 // Where D is, in steps and less than one.
@@ -89,10 +88,8 @@ RiverPlace river_unbent(TERRAIN_PLACE D) {
     p.lines = ivec2(0);
     p.up = terrain_table.up + terrain_offset(D) / terrain_table.radius_m;
     p.turned = mat3(1.0);
-    for (int k = 0; k < RIVER_WATER_OCTAVES; ++k) {
-        p.noise[k] = vec3(0.0);
-        p.slopes[k] = mat3(0.0);
-    }
+    p.banks = vec3(0.0);
+    p.by_place = mat3(0.0);
     return p;
 }
 
@@ -100,37 +97,37 @@ ivec3 river_cell(RiverPlace unbent) {
     return (unbent.steps + ivec3(floor(unbent.rest))) >> RIVER_CELL_BITS;
 }
 
-// One octave of the noise that moves water (systems/terrain/rivers/banks.py). steps, part: of the bent place.
-#define RIVER_ASK_OCTAVE(k) { \
-    int bits = terrain_table.rivers.longest_bits - 2 * k; \
-    float per_step = exp2(float(-bits)); \
-    vec3 fraction = (vec3(steps & ((1 << bits) - 1)) + part) * per_step; \
-    p.noise[k] = vector_noise((steps >> bits) + RIVER_WATER_OFFSET * (k + 1), fraction, p.slopes[k]); \
-    p.slopes[k] *= per_step / terrain_table.rivers.step_m; \
-}
-
-// Each octave is written out: once for a place, whatever its lines, and no array is indexed by a variable.
-void river_ask_noise(inout RiverPlace p) {
-    vec3 whole = floor(p.rest), part = p.rest - whole;
-    ivec3 steps = p.steps + ivec3(whole);
-    RIVER_ASK_OCTAVE(0) RIVER_ASK_OCTAVE(1) RIVER_ASK_OCTAVE(2) RIVER_ASK_OCTAVE(3) RIVER_ASK_OCTAVE(4)
-}
-
-// The same, moved by the warp, unless `octaves` is 0.
+// The same, moved by so many octaves of the warp, and after all of them with the noise of banks, which is asked where
+// lines are straight (systems/terrain/rivers/banks.py). One loop: where it makes no turn it costs one.
 RiverPlace river_bent(RiverPlace p, TERRAIN_PLACE D, int octaves) {
-    vec3 bend = vec3(0.0);
-    int k = 0;
-    if (octaves > 0) do {
+    const ivec3 offsets = ivec3(RIVER_BANK_OFFSET_0, RIVER_BANK_OFFSET_1, RIVER_BANK_OFFSET_2);
+    bool uneven = octaves == RIVER_BENDS && terrain_table.rivers.uneven > 0.0;
+    vec3 bend = vec3(0.0), start = p.rest;
+    int k = 0, turns = octaves + (uneven ? 3 : 0);
+    if (turns > 0) do {
+        bool bends = k < octaves;
+        int octave = max(k - octaves, 0), bits = terrain_table.rivers.bank_bits[octave];
+        TerrainLattice lattice = terrain_table.rivers.bends[min(k, RIVER_BENDS - 1)];
         ivec3 cell;
         vec3 fraction;
         mat3 jacobian;
-        TerrainLattice lattice = terrain_table.rivers.bends[k];
         terrain_place(lattice, D, cell, fraction);
-        bend += lattice.value * vector_noise(cell, fraction, jacobian);
-        p.turned += (lattice.value * lattice.frequency_per_m) * jacobian;
-    } while (++k < octaves);
-    p.rest += bend / terrain_table.rivers.step_m;
-    river_ask_noise(p);
+        vec3 whole = floor(p.rest), part = p.rest - whole;
+        ivec3 steps = p.steps + ivec3(whole);
+        float per_step = exp2(float(-bits)), amount = bends ? lattice.value : 0.0;
+        cell = bends ? cell : (steps >> bits) + offsets[octave];
+        fraction = bends ? fraction : (vec3(steps & ((1 << bits) - 1)) + part) * per_step;
+        vec3 noise = vector_noise(cell, fraction, jacobian);
+        bend += amount * noise;
+        p.turned += (amount * lattice.frequency_per_m) * jacobian;
+        p.rest = start + bend / terrain_table.rivers.step_m;
+        vec3 slope = vec3(jacobian[0].x, jacobian[1].x, jacobian[2].x) * (per_step / terrain_table.rivers.step_m);
+        bvec3 now = equal(ivec3(bends ? 3 : octave), ivec3(0, 1, 2));
+        p.banks = mix(p.banks, noise.xxx, now);
+        p.by_place[0] = now.x ? slope : p.by_place[0];
+        p.by_place[1] = now.y ? slope : p.by_place[1];
+        p.by_place[2] = now.z ? slope : p.by_place[2];
+    } while (++k < turns);
     return p;
 }
 
@@ -143,14 +140,11 @@ RiverPlace river_place(TERRAIN_PLACE D) {
 // A line of a river at a place: values of its nodes there, and how they change along the whole of it.
 struct RiverLine {
     vec4 section, section_step;   // level over the anchor's base, half width, depth, half width of the floor
-    float wander;                 // how far the water may lie from the line, along each axis, m
     float bank;                   // half width between uneven banks
     vec3 by_bank;                 // how that changes with the place
     float reach, reach_step, lake, discharge;
-    float valley_d;               // m from the line
-    vec3 valley_away;             // unit, from the line to the place
-    float d;                      // the same from the water's, which wanders over the floor
-    vec3 away;                    // how that changes with the place
+    float d;                      // m from the line
+    vec3 away;                    // unit, from the line to the place
     vec3 along;                   // change of the line's parameter, 1/m; 0 beyond its ends
     vec3 way;                     // of the whole line, m
 };
@@ -162,7 +156,7 @@ struct RiverEnds {
     ivec3 a;              // steps
     vec3 way;             // from there to b, steps
     vec4 above, below;    // at a, and downstream at b: level over the anchor's base, half width, depth, of the floor
-    vec4 above_more, below_more;   // reach, 1 for a lake, discharge, how far it wanders, m
+    vec3 above_more, below_more;   // reach, 1 for a lake, discharge
 };
 
 const int RIVER_NODE_MASK = (1 << RIVER_NODE_BITS) - 1;
@@ -184,8 +178,8 @@ RiverEnds river_ends_of(int packed_line) {
     ends.below = intBitsToFloat(river_texel(nodes + 3 * a.w + 1));
     ends.above.x -= terrain_table.rivers.base_m;
     ends.below.x -= terrain_table.rivers.base_m;
-    ends.above_more = intBitsToFloat(river_texel(nodes + 3 * node + 2));
-    ends.below_more = intBitsToFloat(river_texel(nodes + 3 * a.w + 2));
+    ends.above_more = intBitsToFloat(river_texel(nodes + 3 * node + 2).xyz);
+    ends.below_more = intBitsToFloat(river_texel(nodes + 3 * a.w + 2).xyz);
     return ends;
 }
 
@@ -193,43 +187,10 @@ RiverEnds river_ends(int index) {
     return river_ends_of(river_packed_line(index));
 }
 
-// Moves the place that a line's water is held against (systems/terrain/rivers/meanders.py). way, to_a: level, and to
-// its beginning, steps.
-void river_wander(inout RiverLine line, float wander_step, vec3 to_a, vec3 way, float per_square, RiverPlace p) {
-    float wander = max(line.wander, 1e-3), longest = exp2(float(terrain_table.rivers.longest_bits))
-        * terrain_table.rivers.step_m;
-    float x = 0.5 * log2(longest * RIVER_MEANDER_SHARE / wander);
-    float inside = x > 0.0 && x < float(RIVER_MEANDER_OCTAVES - 1) ? -0.7213475 / wander : 0.0;
-    vec4 off = clamp(x, 0.0, float(RIVER_MEANDER_OCTAVES - 1)) - vec4(0.0, 1.0, 2.0, 3.0);
-    vec4 weights = max(1.0 - abs(off), 0.0);
-    vec4 by_wander = inside * -sign(off) * vec4(greaterThan(weights, vec4(0.0)));
-    TerrainRiverWanderSlopes moved = terrain_river_wander_slopes(line.valley_d, line.section.y, line.wander);
-    vec3 mixed = mat4x3(p.noise[0], p.noise[1], p.noise[2], p.noise[3]) * weights;
-    vec3 more = mat4x3(p.noise[0], p.noise[1], p.noise[2], p.noise[3]) * by_wander;
-    vec3 rest = p.rest + (moved.value / terrain_table.rivers.step_m) * mixed;
-    float t = clamp(-dot(river_level(to_a - rest, p.up), way) * per_square, 0.0, 1.0);
-    vec3 off_m = river_level(to_a + t * way - rest, p.up) * terrain_table.rivers.step_m;
-    line.d = length(off_m);
-    vec3 away = -off_m / max(line.d, 1e-9);
-#ifdef RIVER_PLAIN_AWAY
-    line.away = away;
-#else
-    vec3 by_place = moved.by_d * line.valley_away
-        + (moved.by_half_width * line.section_step.y + moved.by_metres * wander_step) * line.along;
-    line.away = away + moved.value * ((away * p.slopes[0]) * weights.x + (away * p.slopes[1]) * weights.y
-        + (away * p.slopes[2]) * weights.z + (away * p.slopes[3]) * weights.w)
-        + dot(away, mixed) * by_place + (moved.value * dot(away, more) * wander_step) * line.along;
-#endif
-}
-
-// Without what noise moves. to_a, way: to its beginning, and of all of it, level, steps.
-RiverLine river_still_line(RiverEnds ends, RiverPlace p, out vec3 to_a, out vec3 way, out float per_square) {
+RiverLine river_line(RiverEnds ends, RiverPlace p) {
     // Steps: whole numbers of at most 24 bits.
-    vec3 whole_way = ends.way;
-    to_a = vec3(ends.a - p.steps);
-    way = river_level(whole_way, p.up);
-    per_square = 1.0 / max(dot(way, way), 1.0);
-    float t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
+    vec3 to_a = vec3(ends.a - p.steps), whole_way = ends.way, way = river_level(whole_way, p.up);
+    float per_square = 1.0 / max(dot(way, way), 1.0), t = -dot(river_level(to_a - p.rest, p.up), way) * per_square;
     RiverLine line;
     line.along = t > 0.0 && t < 1.0 ? way * (per_square / terrain_table.rivers.step_m) : vec3(0.0);
     line.way = way * terrain_table.rivers.step_m;
@@ -242,39 +203,21 @@ RiverLine river_still_line(RiverEnds ends, RiverPlace p, out vec3 to_a, out vec3
     vec3 off = point.high + (point.low - p.rest);
 #endif
     off = river_level(off, p.up) * terrain_table.rivers.step_m;
-    line.valley_d = length(off);
-    line.valley_away = -off / max(line.valley_d, 1e-9);
-    line.d = line.valley_d;
-    line.away = line.valley_away;
+    line.d = length(off);
+    line.away = -off / max(line.d, 1e-9);
     line.section_step = ends.below - ends.above;
     line.section = ends.above + t * line.section_step;
     line.reach_step = ends.below_more.x - ends.above_more.x;
     line.reach = ends.above_more.x + t * line.reach_step;
     line.lake = ends.above_more.y * ends.below_more.y;
     line.discharge = mix(ends.above_more.z, ends.below_more.z, t);
-    line.wander = mix(ends.above_more.w, ends.below_more.w, t);
     line.by_bank = line.section_step.y * line.along;
     line.bank = line.section.y;
-    return line;
-}
-
-// Whether noise may move its water at the place.
-bool river_moved(RiverLine line) {
-    return terrain_table.rivers.moves != 0
-        && line.valley_d < RIVER_WATER_FAR * line.section.y + RIVER_MEANDER_FAR * line.wander;
-}
-
-RiverLine river_line(RiverEnds ends, RiverPlace p) {
-    vec3 to_a, way;
-    float per_square;
-    RiverLine line = river_still_line(ends, p, to_a, way, per_square);
-    if (river_moved(line)) {
-        river_wander(line, ends.below_more.w - ends.above_more.w, to_a, way, per_square, p);
+    if (line.d < RIVER_BANK_FAR * line.section.y && terrain_table.rivers.uneven > 0.0) {
         TerrainRiverBankSlopes bank = terrain_river_bank_slopes(line.d, line.section.y, line.section.w,
-            terrain_table.rivers.uneven, p.noise[2].x, p.noise[3].x, p.noise[4].x);
+            terrain_table.rivers.uneven, p.banks.x, p.banks.y, p.banks.z);
         line.bank = bank.value;
-        line.by_bank = bank.by_d * line.away + bank.by_coarse * vec3(1.0, 0.0, 0.0) * p.slopes[2]
-            + bank.by_middle * vec3(1.0, 0.0, 0.0) * p.slopes[3] + bank.by_fine * vec3(1.0, 0.0, 0.0) * p.slopes[4]
+        line.by_bank = bank.by_d * line.away + p.by_place * vec3(bank.by_coarse, bank.by_middle, bank.by_fine)
             + (bank.by_half_width * line.section_step.y + bank.by_floor_width * line.section_step.w) * line.along;
     }
     return line;
@@ -325,13 +268,13 @@ TerrainCut terrain_cut(TERRAIN_PLACE D) {
         RiverLine line = river_line(river_ends(k), p);
         float half_width = line.section.y, floor_width = line.section.w;
         cut.beside = max(cut.beside, river_wets(line));
-        TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.valley_d, floor_width, line.reach);
+        TerrainRiverOpenSlopes opens = terrain_river_open_slopes(line.d, floor_width, line.reach);
         // Where a valley ends all but 1e-8 is left: a slope still, but no float below 1.
         if (opens.value < cut.open || opens.value == cut.open && opens.by_d > steepest) {
             steepest = opens.by_d;
             cut.reach = line.reach;
             cut.open = opens.value;
-            cut.d_open = opens.by_d * line.valley_away
+            cut.d_open = opens.by_d * line.away
                 + (opens.by_floor_width * line.section_step.w + opens.by_reach * line.reach_step) * line.along;
         }
         TerrainRiverRaiseSlopes raises = terrain_river_raise_slopes(line.d, line.bank, floor_width, line.reach,

@@ -1,8 +1,8 @@
 """How fast water flows at places, and where to, in float64.
 
-Lines are straight where a warp has moved the place to (pairs.py), so that is where ways are found: along the lines,
-towards their middle where the water narrows, and in lakes straight to where they drain. The inverse of the warp's
-derivative turns them into ways on the planet, parallel to the banks; that of meanders (meanders.py) comes before.
+Lines are straight where a warp has moved the place to (pairs.py), so that is where ways are found: along the lines, and
+in lakes straight to where they drain. The inverse of the warp's derivative turns them into ways on the planet. There
+water keeps its share of the width, so what crosses that is taken away: it flows along the banks, however uneven.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .pairs import Pairs, bank_gradient, bent_by_place, by_distance, held_by_place, node_places
+from .pairs import Pairs, bank_gradient, bent_by_place, node_places
 from .table import RiverTable
 
 __all__ = ["currents"]
@@ -19,8 +19,6 @@ Floats = NDArray[np.float64]
 
 _FASTEST_M_S = 5.0
 """Mean over a section: steep rivers lose what they gain in falls and pools."""
-_MOST_NARROWING = 2.0
-"""Of banks: more is where what bends places flattens them."""
 _LEAST_TURN = 1e-6
 """Where the warp flattens ways to less than this nothing tells how it turned them."""
 
@@ -38,61 +36,52 @@ def currents(table: RiverTable, points: Floats, pairs: Pairs) -> Floats:
     speed = np.minimum(discharge / np.maximum(4.0 / 3.0 * half * deep, 1e-3), _FASTEST_M_S) * 1.5 * left
     wet = np.flatnonzero(left > 0.0)
     below, flow = np.zeros(len(left)), np.zeros((3, len(left)))
+    if not wet.size:
+        return np.zeros((3, len(pairs.near)))
     below[wet] = (deep * left)[wet]
     here = points.take(pairs.near, axis=1)
     up = here * (1.0 / table.radius_m)
+    bent_m = here + (table.bend_m[:, None] * pairs.bends.vector()).sum(axis=1)
     by_place = np.repeat(np.arange(len(pairs.near)), pairs.many)[wet]
-    ways = _ways(table, pairs, wet, up.take(by_place, axis=1))
+    turned, up_here = bent_by_place(table, pairs).take(by_place, axis=2), up.take(by_place, axis=1)
+    ways, free = _ways(table, pairs, wet, bent_m.take(by_place, axis=1), up_here)
+    ways = _unbent(turned, up_here, ways)
+    # How the share of the width changes, but for a factor.
+    by_share = pairs.away.take(wet, axis=1) - inside[wet] * bank_gradient(table, pairs).take(wet, axis=1)
+    across = _unit(_level(np.einsum("abw,aw->bw", turned, by_share), up_here))
+    ways = _unit(ways - np.where(free, 0.0, (ways * across).sum(axis=0)) * across)
     flow[:, wet] = below[wet] * speed[wet] * ways
     total = np.add.reduceat(below, pairs.first)
-    bent = np.divide(
+    return np.divide(
         np.add.reduceat(flow, pairs.first, axis=1), total, out=np.zeros((3, len(total))), where=total > 0.0
     )
-    return _unbent(bent_by_place(table, pairs), up, bent)
 
 
-def _ways(table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], up: Floats) -> Floats:
-    """(3, W) unit, level, at bent places, for pairs `wet` (W,)."""
-    place = pairs.held.take(wet, axis=1)
-    line, half, lake = pairs.line.take(wet), pairs.bank.take(wet), pairs.value[5].take(wet) > 0.5
+def _ways(
+    table: RiverTable, pairs: Pairs, wet: NDArray[np.int64], place: Floats, up: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """(3, W) unit, level, where all is bent, for pairs `wet` (W,) at bent places (3, W); and whether banks say nothing
+    there (W,): in lakes, and out of the last line straight on."""
+    line, lake = pairs.line.take(wet), pairs.value[5].take(wet) > 0.5
     a, b = node_places(table, line), node_places(table, table.to.take(line))
     along = _level(b - a, up)
     length_m = np.sqrt((along * along).sum(axis=0))
     along = along / np.maximum(length_m, 1e-3)
     after = ((place - b) * along).sum(axis=0) > 0.0
-    away, d = pairs.away.take(wet, axis=1), pairs.d.take(wet)
-    # Water keeps its share of the width where that changes.
-    by_bank, before = bank_gradient(table, pairs, by_distance(table, pairs)).take(wet, axis=1), along
-    wanders, turned = np.empty(0, np.int64), np.empty((3, 3, 0))
-    if pairs.moved.size:
-        # A part of `wet` and of those that wander, both rising.
-        _, wanders, some = np.intersect1d(wet, pairs.moved, assume_unique=True, return_indices=True)
-        turned, before = held_by_place(table, pairs)[:, :, some], along.copy()
-        before[:, wanders] = _back(turned, up[:, wanders], along[:, wanders])
-    narrows = np.clip(d / half * (by_bank * before).sum(axis=0), -_MOST_NARROWING, _MOST_NARROWING)
-    # Round the end of a line that goes on, not across the bank; out of the last one straight on.
+    away = pairs.away.take(wet, axis=1)
+    # Round the end of a line that goes on, not across the bank.
     to = table.to.take(line)
     goes_on = table.to.take(to) >= 0
     outward = np.where(after & goes_on, np.maximum((along * away).sum(axis=0), 0.0), 0.0)
-    way = along + away * (narrows - outward)
+    way = along - away * outward
     if lake.any():
         target = node_places(table, np.where(after & goes_on, table.to.take(to), to)[lake])
         way[:, lake] = _level(target - place[:, lake], up[:, lake])
-    way = way / np.maximum(np.sqrt((way * way).sum(axis=0)), 1e-9)
-    if wanders.size:
-        way[:, wanders] = _unbent(turned, up[:, wanders], way[:, wanders])
-    return way
+    return _unit(way), lake | (after & ~goes_on)
 
 
-def _back(turned: Floats, up: Floats, ways: Floats) -> Floats:
-    """(3, K) level, what a derivative (3, 3, K) turns into ways (3, K); long where it flattens them."""
-    v = np.cross(up, ways, axis=0)
-    by_u, by_v = (np.einsum("abk,bk->ak", turned, axis) for axis in (ways, v))
-    uu, vu = (ways * by_u).sum(axis=0), (v * by_u).sum(axis=0)
-    uv, vv = (ways * by_v).sum(axis=0), (v * by_v).sum(axis=0)
-    fold = uu * vv - uv * vu
-    fold = np.where(np.abs(fold) > _LEAST_TURN, fold, _LEAST_TURN)
-    return (vv * ways - vu * v) / fold
+def _unit(ways: Floats) -> Floats:
+    return ways / np.maximum(np.sqrt((ways * ways).sum(axis=0)), 1e-9)
 
 
 def _unbent(turned: Floats, up: Floats, bent: Floats) -> Floats:

@@ -22,7 +22,6 @@ __all__ = [
     "section_slopes",
     "shader",
     "share_slopes",
-    "wander_slopes",
 ]
 
 NEAR_M2 = 1.0
@@ -44,26 +43,8 @@ BANK_NARROWEST = 0.4
 """Of the half width so much is left anywhere."""
 BANK_OUT = 3 * BANK_MOST
 """Of the half width, more than noise moves banks out."""
-BANK_FAR, WATER_FAR, MEANDER_FAR = 2.5, 2.5, 4.5
-"""Half widths from the line from which on its banks count as straight; and from which on, with so many times how far
-the river wanders added, no noise moves water."""
-
-
-MEANDER_HALF_WIDTHS, MEANDER_SHARE = 22.0, 0.5
-"""Wavelengths of meanders: eleven widths (Leopold and Wolman 1960); and how far a river wanders at most, by that."""
-WATER_OCTAVES, MEANDER_OCTAVES = 5, 4
-"""Of the noise that moves water, and how many of these, the longest, meanders have."""
-MEANDER_STEEP = 0.004
-"""Rivers that fall more do not wander."""
-MEANDER_ROOM, MEANDER_NARROW = 0.4, 1.7
-"""They wander by so much of the floor beside the water at most, and not where that is narrower than so many half
-widths."""
-
-
-def river_wander(d: Any, half_width: Any, metres: Any) -> Any:
-    """How far places are moved: so many metres near the line, not at all from 2.5 half widths and 4.5 times that on."""
-    left = (WATER_FAR * half_width + MEANDER_FAR * metres - d) / (half_width + 2.5 * metres)
-    return metres * smoothstep(left)
+BANK_FAR = 2.5
+"""Half widths from the line from which on its banks count as straight."""
 
 
 def river_bank(d: Any, half_width: Any, floor_width: Any, share: Any, coarse: Any, middle: Any, fine: Any) -> Any:
@@ -114,11 +95,9 @@ def river_share(d: Any, half_width: Any, reach: Any) -> Any:
 
 
 _MADE = Statements(Path(__file__).read_text(encoding="utf-8"), {**vars(height_steps), **globals()})
-_NAMES = ("river_bank", "river_open", "river_raise", "river_section", "river_share", "river_wander")
+_NAMES = ("river_bank", "river_open", "river_raise", "river_section", "river_share")
 _SLOPES = {name: _MADE[name].slopes({}) for name in _NAMES}
-bank_slopes, open_slopes, raise_slopes, section_slopes, share_slopes, wander_slopes = (
-    _MADE.python(_SLOPES[name]) for name in _NAMES
-)
+bank_slopes, open_slopes, raise_slopes, section_slopes, share_slopes = (_MADE.python(_SLOPES[name]) for name in _NAMES)
 """The value and its derivatives by the inputs."""
 
 

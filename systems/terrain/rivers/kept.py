@@ -37,9 +37,8 @@ def kept_table(key: RiverKey, cache: TableCache | None = None) -> RiverTable | N
         return None
     place, to, keys, begin, lines = (whole[name] for name in numbers)
     radius_m, cell_m, seed = key.params.radius_m, float(rest["cell_m"]), key.params.seed
-    return RiverTable(
-        radius_m, cell_m, seed, place, to, rest["values"], keys.astype(np.int64), begin, lines, uneven=key.banks
-    )
+    keys = keys.astype(np.int64)
+    return RiverTable(radius_m, cell_m, seed, place, to, rest["values"], keys, begin, lines, uneven=key.banks)
 
 
 def keep_table(key: RiverKey, table: RiverTable, cache: TableCache | None = None, least: int = FEW_NODES) -> None:
@@ -61,9 +60,8 @@ def _name_of(key: RiverKey) -> str | None:
     if not all(isinstance(value, _PLAIN) for _, value in given):
         return None
     ground = key_of(params, key.climate, across_of(key.cells))
-    return TableCache.key(
-        "table", _sources(), ground, repr(given), repr(key.cells), repr(key.strength), repr((key.banks, key.meanders))
-    )
+    asked = repr((key.cells, key.strength, key.banks))
+    return TableCache.key("table", _sources(), ground, repr(given), asked)
 
 
 @cache

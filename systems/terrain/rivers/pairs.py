@@ -17,20 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....engine.surface.noise import Corners
-from .form import HELD, MEANDER_FAR, WATER_FAR, bank_slopes, river_bank, river_wander, wander_slopes
-from .meanders import octave_weights
+from .banks import uneven
+from .form import HELD, bank_slopes
 from .table import CELL_STEPS, RiverTable, cell_keys
 
-__all__ = [
-    "Pairs",
-    "bank_gradient",
-    "bent_by_place",
-    "by_distance",
-    "chosen",
-    "held_by_place",
-    "node_places",
-    "river_pairs",
-]
+__all__ = ["Pairs", "bank_gradient", "bent_by_place", "chosen", "node_places", "river_pairs"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -58,19 +49,13 @@ class Pairs:
     bank: Floats
     """(P,) half width between uneven banks, m"""
     moved: Indices
-    """(Q,) pairs whose water noise moves"""
+    """(Q,) which of the pairs have such"""
     noise: Corners
-    """of that noise, (3, 5, Q)"""
-    valley_d: Floats
-    """(P,) m"""
-    valley_away: Floats
-    """(3, P) unit, from the line to the place, level"""
-    held: Floats
-    """(3, P) the bent place, moved as the river wanders over its floor (meanders.py)"""
+    """of the noise that makes them so, (3, 3, Q)"""
     d: Floats
-    """(P,) m, from the water's line: that of the valley where rivers don't wander"""
+    """(P,) m"""
     away: Floats
-    """(3, P) unit, from the line to the place that is held against it, level"""
+    """(3, P) unit, from the line to the place, level"""
     along: Floats
     """(3, P) change of the line's parameter by place, 1/m; 0 beyond its ends"""
     length_m: Floats
@@ -97,42 +82,16 @@ def bent_by_place(table: RiverTable, pairs: Pairs) -> Floats:
     return turned
 
 
-def held_by_place(table: RiverTable, pairs: Pairs) -> Floats:
-    """(3, 3, Q): how the places that the moved pairs are held at change [a] with the bent ones [b]."""
-    near, lattice = pairs.moved, table.banks
-    value, steps, along = pairs.value[:, near], pairs.steps[:, near], pairs.along[:, near]
-    noise, slope = pairs.noise.vector_derivative()
-    weights, by_metres = octave_weights(value[7], 1.0 / lattice.frequency[0])
-    scaled = weights * lattice.frequency[: len(weights), None]
-    moved = wander_slopes(pairs.valley_d[near], value[1], value[7])
-    by_place = moved[1] * pairs.valley_away[:, near] + (moved[2] * steps[1] + moved[3] * steps[7]) * along
-    mixed, more = ((noise[:, : len(w)] * w).sum(axis=1) for w in (weights, by_metres))
-    result = moved[0] * (slope[:, :, : len(scaled)] * scaled).sum(axis=2)
-    result += mixed[:, None] * by_place + (moved[0] * steps[7] * more)[:, None] * along
-    for axis in range(3):
-        result[axis, axis] += 1.0
-    return result
-
-
-def by_distance(table: RiverTable, pairs: Pairs) -> Floats:
-    """(3, P) how the distance from the water's line changes with the bent place."""
-    if not pairs.moved.size:
-        return pairs.away
-    found, near = pairs.away.copy(), pairs.moved
-    found[:, near] = np.einsum("abq,aq->bq", held_by_place(table, pairs), pairs.away[:, near])
-    return found
-
-
-def bank_gradient(table: RiverTable, pairs: Pairs, away: Floats) -> Floats:
-    """(3, P) how half widths between banks change with the bent place. away: how pairs.d does (by_distance)."""
+def bank_gradient(table: RiverTable, pairs: Pairs) -> Floats:
+    """(3, P) how half widths between banks change with the bent place."""
     found, near = pairs.steps[1] * pairs.along, pairs.moved
     if near.size:
         noise, slope = pairs.noise.vector_derivative()
-        made = bank_slopes(pairs.d[near], pairs.value[1, near], pairs.value[3, near], table.uneven, *noise[0, -3:])
+        made = bank_slopes(pairs.d[near], pairs.value[1, near], pairs.value[3, near], table.uneven, *noise[0])
         by_line = made[2] * pairs.steps[1, near] + made[3] * pairs.steps[3, near]
-        changed = made[1] * away[:, near] + by_line * pairs.along[:, near]
-        for k in range(3):
-            changed += made[5 + k] * table.banks.frequency[k - 3] * slope[0, :, k - 3]
+        changed = made[1] * pairs.away[:, near] + by_line * pairs.along[:, near]
+        for octave, frequency in enumerate(table.banks.frequency):
+            changed += made[5 + octave] * frequency * slope[0, :, octave]
         found[:, near] = changed
     return found
 
@@ -160,10 +119,11 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
     up, bent = (np.repeat(v, many, axis=1) for v in (here * (1.0 / table.radius_m), bent))
     to = table.to.take(line)
     a, b = node_places(table, line), node_places(table, to)
-    way = b - a
+    way, from_a = b - a, bent - a
     way = way - up * (up * way).sum(axis=0)
+    from_a = from_a - up * (up * from_a).sum(axis=0)
     square = np.maximum((way * way).sum(axis=0), 1e-6)
-    t, from_a = _along_line(bent, a, way, square, up)
+    t = (from_a * way).sum(axis=0) / square
     inside, length_m = (t > 0.0) & (t < 1.0), np.sqrt(square)
     end_m = np.minimum(np.abs(t), np.abs(1.0 - t)) * length_m
     t = np.clip(t, 0.0, 1.0)
@@ -181,40 +141,17 @@ def river_pairs(table: RiverTable, points: Floats, in_reach: bool = True, more_m
         return None
     if len(kept) < len(d):
         # By take: what is indexed along its last axis has that as its slowest in memory.
-        value, steps, d, away, along, bent, length_m, end_m, a, way, square, up = (
-            rows.take(kept, axis=-1)
-            for rows in (value, steps, d, away, along, bent, length_m, end_m, a, way, square, up)
+        value, steps, d, away, along, bent, length_m, end_m = (
+            rows.take(kept, axis=-1) for rows in (value, steps, d, away, along, bent, length_m, end_m)
         )
         line = line.take(kept)
         where, before = where[kept], near
         first, near, many = _groups(where)
         bends = bends.at(np.searchsorted(before, near))
-    held, water_d, water_away, bank = bent.copy(), d.copy(), away.copy(), value[1].copy()
-    moved = np.flatnonzero(d < WATER_FAR * value[1] + MEANDER_FAR * value[7]) if table.moves else _NONE
-    noise = table.banks.cells(bent[:, moved])
-    if moved.size:
-        vector, half, floor, metres = noise.vector(), value[1, moved], value[3, moved], value[7, moved]
-        weights, _ = octave_weights(metres, 1.0 / table.banks.frequency[0])
-        held[:, moved] += river_wander(d[moved], half, metres) * (vector[:, : len(weights)] * weights).sum(axis=1)
-        t, from_a = _along_line(held[:, moved], a[:, moved], way[:, moved], square[moved], up[:, moved])
-        off = from_a - np.clip(t, 0.0, 1.0) * way[:, moved]
-        water_d[moved] = np.sqrt((off * off).sum(axis=0))
-        water_away[:, moved] = off / np.maximum(water_d[moved], 1e-9)
-        bank[moved] = river_bank(water_d[moved], half, floor, table.uneven, *vector[0, -3:])
+    bank, moved, noise = uneven(table.banks, table.uneven, bent, d, value)
     return Pairs(
-        where, first, near, many, line, value, steps, bank, moved, noise, d, away, held, water_d, water_away, along,
-        length_m, end_m, bends,
-    )  # fmt: skip
-
-
-_NONE = np.empty(0, np.int64)
-
-
-def _along_line(place: Floats, a: Floats, way: Floats, square: Floats, up: Floats) -> tuple[Floats, Floats]:
-    """(P,) how far along lines the places are, by their lengths; and (3, P) from a to the places, level."""
-    from_a = place - a
-    from_a = from_a - up * (up * from_a).sum(axis=0)
-    return (from_a * way).sum(axis=0) / square, from_a
+        where, first, near, many, line, value, steps, bank, moved, noise, d, away, along, length_m, end_m, bends
+    )
 
 
 def node_places(table: RiverTable, nodes: Nodes) -> Floats:

@@ -24,5 +24,3 @@ class RiverKey:
     strength: float
     banks: float = 1.0
     """how uneven these are"""
-    meanders: float = 0.0
-    """how far rivers wander"""

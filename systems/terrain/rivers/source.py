@@ -124,7 +124,7 @@ def _made(key: RiverKey, progress: Callable[[float], None] | None) -> RiverTable
         return None
     if nodes is None:
         return None
-    made = river_table(nodes, key.params.radius_m, key.params.seed, banks=key.banks, wander=key.meanders)
+    made = river_table(nodes, key.params.radius_m, key.params.seed, banks=key.banks)
     keep_table(key, made)
     return made
 

@@ -17,17 +17,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .form import (
-    BANK_M,
-    BANK_SHARE,
-    FLOOR_SLOPE,
-    MEANDER_FAR,
-    NEAR_M2,
-    WATER_FAR,
-    river_open,
-    river_section,
-    river_share,
-)
+from .form import BANK_FAR, BANK_M, BANK_SHARE, FLOOR_SLOPE, NEAR_M2, river_open, river_section, river_share
 from .pairs import Pairs, chosen
 from .table import RiverTable
 from .valleys import Valleys
@@ -40,8 +30,6 @@ MARGIN = 2.0
 """The warp stretches distances by 1.9 at most, by 1.6 on all but one of a hundred places."""
 UNEVEN = 2.2
 """Noise makes a bank turn by so much: three octaves that change by 0.3 of a way each, and what fades further out."""
-WANDERING = 1.0
-"""And meanders stretch distances by so much more."""
 UNEVEN_BEND, UNEVEN_BEND_PER_M = 8.0, 0.15
 """How fast that changes: by the half width where it fades, and 0.3 by wavelengths from 16 m on where it is noise."""
 _VALUE_BEND = 10.0 / np.sqrt(3.0) * 2.0
@@ -89,8 +77,7 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
         return np.maximum.reduceat(np.where(heard, values, 0.0), first)
 
     _sides(result, found, pairs, table)
-    wanders = WANDERING * (pairs.value[7] > 0.0)
-    uneven = np.where(_uneven(pairs), 1.0 + UNEVEN * table.uneven + wanders, 1.0)
+    uneven = np.where(_uneven(pairs), 1.0 + UNEVEN * table.uneven, 1.0)
     # The bank a / (4 x) is the steepest of all a k / (k + x)^2, k: half width and two metres. The bed is a parabola.
     bank = (BANK_M + BANK_SHARE * depth) * np.minimum(1.0 / (half + 2.0), 0.25 / np.maximum(beyond, 1e-9))
     bed = np.where(pairs.d < half, 2.0 * depth / (half + 1e-3), 0.0)
@@ -98,7 +85,7 @@ def steepness(found: Valleys, table: RiverTable) -> Floats:
     result[Steepness.BANK, at] = MARGIN * largest(banks)
     result[Steepness.EDGE, at] = largest(uneven / np.maximum(np.abs(pairs.d - half), 1e-9))
     result[Steepness.HELD, at] = found.raised[at] > 0.0
-    _floors(result, found, pairs, banks, float(table.moves))
+    _floors(result, found, pairs, banks, table.uneven)
     return result
 
 
@@ -106,7 +93,7 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
     """Fills the rows of `open`."""
     _, _, _, floor, reach, _ = pairs.value[:6]
     at, left = pairs.near, found.open[pairs.near]
-    k = chosen(river_open(pairs.valley_d, floor, reach), left, pairs)
+    k = chosen(river_open(pairs.d, floor, reach), left, pairs)
     inside = left < 1.0
     width = reach[k] - floor[k]
     side, change = 2.0 / width, np.abs(pairs.steps[3:5, k]).sum(axis=0) / pairs.length_m[k]
@@ -123,7 +110,7 @@ def _sides(result: Floats, found: Valleys, pairs: Pairs, table: RiverTable) -> N
 
 def _uneven(pairs: Pairs) -> NDArray[np.bool_]:
     """(P,) where noise moves banks."""
-    return pairs.valley_d < WATER_FAR * pairs.value[1] + MEANDER_FAR * pairs.value[7]
+    return pairs.d < BANK_FAR * pairs.value[1]
 
 
 def _floors(result: Floats, found: Valleys, pairs: Pairs, banks: Floats, uneven: float) -> None:

@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from ....engine.surface.noise import Lattice
 from ....engine.table_cache import TableCache
-from .banks import water_lattice
+from .banks import bank_lattice
 from .bends import BEND_CELLS, BEND_SHARES, bend_amplitudes_m, bend_lattice, river_cell_m
 from .form import HELD
-from .meanders import meanders
 from .node_arrays import RiverNodes
 
 __all__ = ["BESIDE_M", "CELL_STEPS", "RiverTable", "cell_keys", "river_table"]
@@ -58,7 +57,7 @@ class RiverTable:
     """(N,) the node downstream, -1: none"""
     values: NDArray[np.float32]
     """(N, 8) at nodes: level, half width of the water, depth, half width of the floor, reach, metres; 1 for a lake;
-    discharge, m3/s; how far it wanders over its floor, m"""
+    discharge, m3/s; 0"""
     keys: NDArray[np.int64] = field(repr=False)
     """(C,) of cells with lines, rising"""
     begin: Integers = field(repr=False)
@@ -123,14 +122,9 @@ class RiverTable:
         return _half_widths(self.to, self.values)
 
     @cached_property
-    def moves(self) -> bool:
-        """Whether noise moves any water on its floor."""
-        return self.uneven > 0.0 or bool((self.values[:, 7] > 0.0).any())
-
-    @cached_property
     def banks(self) -> Lattice:
-        """Octaves of the noise that moves water on its floor."""
-        return water_lattice(self.cell_m / CELL_STEPS)
+        """Octaves of the noise that makes banks uneven."""
+        return bank_lattice(self.cell_m / CELL_STEPS)
 
     @property
     def nbytes(self) -> int:
@@ -138,11 +132,9 @@ class RiverTable:
         return sum(a.nbytes for a in (self.place, self.to, self.values, self.keys, self.begin, self.lines))
 
 
-def river_table(
-    nodes: RiverNodes, radius_m: float, seed: int, given: bool = False, banks: float = 1.0, wander: float = 0.0
-) -> RiverTable:
+def river_table(nodes: RiverNodes, radius_m: float, seed: int, given: bool = False, banks: float = 1.0) -> RiverTable:
     """The table of these nodes on a planet of that radius. seed: of the bends. given: as RiverTable has it. banks: how
-    uneven they are, and wander: how far rivers do, 0..1; where they are given, not at all."""
+    uneven they are; where they are given, not at all."""
     cell_m = river_cell_m(radius_m)
     place = np.rint(nodes.direction * (radius_m / cell_m * CELL_STEPS)).astype(np.int64)
     place = np.clip(place, -(2**31), 2**31 - 1).astype(np.int32)
@@ -156,8 +148,6 @@ def river_table(
     keys, begin, lines = _kept_cells(place, nodes.to, reach / cell_m, radius_m / cell_m)
     lines = _widest_first(lines, begin, _half_widths(nodes.to, values))
     uneven = 0.0 if given else banks
-    if wander > 0.0 and not given:
-        values[:, 7] = wander * meanders(nodes.to, nodes.direction * radius_m, values)
     return RiverTable(
         radius_m, cell_m, seed, place, nodes.to.astype(np.int32), values, keys, begin, lines, given, uneven
     )

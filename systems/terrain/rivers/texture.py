@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ....engine.made_shaders import made_shader
 from . import form
-from .banks import WATER_OFFSET
+from .banks import BANK_OFFSETS
 from .table import BEND_CELLS, CELL_STEPS, RiverTable
 
 __all__ = ["RiverLayout", "river_layout", "river_texels"]
@@ -128,10 +128,9 @@ def _shader() -> str:
         "BLOCK": _BLOCK, "NODE_BITS": _NODE_BITS, "WIDTH_STEPS": float(_WIDTH_STEPS),
         "WIDTH_LEAST": float(_WIDTH_LEAST), "CELL_BITS": CELL_STEPS.bit_length() - 1, "BENDS": len(BEND_CELLS),
         "BANK_SHARE": form.BANK_SHARE, "FLOOR_SLOPE": form.FLOOR_SLOPE,
-        "BANK_OUT": form.BANK_OUT,
+        "BANK_FAR": form.BANK_FAR, "BANK_OUT": form.BANK_OUT,
     }  # fmt: skip
-    names = ("MEANDER_SHARE", "WATER_FAR", "MEANDER_FAR", "WATER_OCTAVES", "MEANDER_OCTAVES")
-    numbers |= {"WATER_OFFSET": WATER_OFFSET, **{name: getattr(form, name) for name in names}}
+    numbers |= {f"BANK_OFFSET_{k}": offset for k, offset in enumerate(BANK_OFFSETS)}
     text = "".join(f"const {type(v).__name__} RIVER_{name} = {v};\n" for name, v in numbers.items())
     return text + form.shader()
 

@@ -23,7 +23,7 @@ from .form import (
     section_slopes,
     share_slopes,
 )
-from .pairs import Pairs, bank_gradient, bent_by_place, by_distance, chosen, river_pairs
+from .pairs import Pairs, bank_gradient, bent_by_place, chosen, river_pairs
 from .table import BESIDE_M, RiverTable
 
 __all__ = ["Valleys", "Waters", "beside_water", "shown_slopes", "valleys", "waters"]
@@ -89,7 +89,7 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     level, half, depth, floor, reach, lake = pairs.value[:6]
     at, first, d = pairs.near, pairs.first, pairs.d
     share, section = river_share(d, half, reach), river_section(d, pairs.bank, depth)
-    opens, raises = river_open(pairs.valley_d, floor, reach), river_raise(d, pairs.bank, floor, reach, lake)
+    opens, raises = river_open(d, floor, reach), river_raise(d, pairs.bank, floor, reach, lake)
     total = np.add.reduceat(share, first)
     # Relative to one of them: levels of kilometres and shares that add up to one lose no millimetres.
     mean = level[first]
@@ -106,21 +106,17 @@ def valleys(table: RiverTable, points: Floats, slopes: Slopes = "none") -> Valle
     reach_m[at] = np.where(left[at] < 1.0, reach[k], 0.0)
     if d_base is not None and d_raised is not None:
         apart = own - np.repeat(off, pairs.many)
-        away = by_distance(table, pairs)
-        by_bank = bank_gradient(table, pairs, away)
-        d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, away, by_bank, share, apart, total))
-        d_raised[:, at] = np.einsum(
-            "abn,an->bn", turned, _d_raised(pairs, away, by_bank, chosen(raises, raised[at], pairs))
-        )
+        by_bank = bank_gradient(table, pairs)
+        d_base[:, at] = np.einsum("abn,an->bn", turned, _d_base(pairs, by_bank, share, apart, total))
+        d_raised[:, at] = np.einsum("abn,an->bn", turned, _d_raised(pairs, by_bank, chosen(raises, raised[at], pairs)))
     return found
 
 
-def _d_base(pairs: Pairs, away: Floats, by_bank: Floats, share: Floats, apart: Floats, total: Floats) -> Floats:
-    """(3, K) by the bent place. away, by_bank (3, P): how distances and banks change; apart: of what each line says
-    from the mean."""
+def _d_base(pairs: Pairs, by_bank: Floats, share: Floats, apart: Floats, total: Floats) -> Floats:
+    """(3, K) by the bent place. by_bank (3, P): how banks change; apart: of what each line says from the mean."""
     _, half, depth, _, reach = pairs.value[:5]
     s_level, s_half, s_depth, _, s_reach = pairs.steps[:5]
-    d, along = pairs.d, pairs.along
+    d, away, along = pairs.d, pairs.away, pairs.along
     sections, shares = section_slopes(d, pairs.bank, depth), share_slopes(d, half, reach)
     d_own = sections[1] * away + sections[2] * by_bank + (s_level + sections[3] * s_depth) * along
     d_share = shares[1] * away + (shares[2] * s_half + shares[3] * s_reach) * along
@@ -132,18 +128,17 @@ def _d_open(pairs: Pairs, k: NDArray[np.int64]) -> Floats:
     """(3, K) by the bent place, of the pairs that say it."""
     floor, reach = pairs.value[3:5, k]
     s_floor, s_reach = pairs.steps[3:5, k]
-    opens = open_slopes(pairs.valley_d[k], floor, reach)
-    return opens[1] * pairs.valley_away[:, k] + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along[:, k]
+    opens = open_slopes(pairs.d[k], floor, reach)
+    return opens[1] * pairs.away[:, k] + (opens[2] * s_floor + opens[3] * s_reach) * pairs.along[:, k]
 
 
-def _d_raised(pairs: Pairs, away: Floats, by_bank: Floats, m: NDArray[np.int64]) -> Floats:
-    """(3, K) by the bent place, of the pairs that say it. away, by_bank (3, P): how distances and
-    banks change."""
+def _d_raised(pairs: Pairs, by_bank: Floats, m: NDArray[np.int64]) -> Floats:
+    """(3, K) by the bent place, of the pairs that say it. by_bank (3, P): how banks change."""
     floor, reach, lake = pairs.value[3:6, m]
     s_floor, s_reach = pairs.steps[3:5, m]
     raises = raise_slopes(pairs.d[m], pairs.bank[m], floor, reach, lake)
     by_line = raises[3] * s_floor + raises[4] * s_reach
-    return raises[1] * away[:, m] + raises[2] * by_bank[:, m] + by_line * pairs.along[:, m]
+    return raises[1] * pairs.away[:, m] + raises[2] * by_bank[:, m] + by_line * pairs.along[:, m]
 
 
 def beside_water(table: RiverTable, points: Floats) -> Floats:
