@@ -64,6 +64,7 @@ class Rafts:
         self.time_s = np.zeros(count)
         self._before_m_s, self._before_s = self.current_m_s, np.full(count, np.inf)
         self.ahead = _across(self.up, np.where(self._still()[:, None], [0.0, 0.0, 1.0], self.current_m_s))
+        self._look()
 
     def _still(self) -> NDArray[np.bool_]:
         return np.linalg.norm(self.current_m_s, axis=1) < _SLOWEST_M_S
@@ -87,6 +88,24 @@ class Rafts:
     def step(self, dt_s: ArrayLike) -> None:
         """Each raft (N,) seconds further; no more than `longest_step_s`."""
         dt = np.broadcast_to(np.asarray(dt_s, dtype=np.float64), self.time_s.shape)
+        spots, depth, levels = self._seen
+        aim = self._middle_of_step(dt) + self._sweep(depth)
+        self.velocity_m_s = aim + (self.velocity_m_s - aim) * np.exp(-dt / _SPEED_S)[:, None]
+        push = self._push(spots, depth, dt) + self._slide(levels, dt)
+        into = np.minimum((self.velocity_m_s * push).sum(axis=1), 0.0)
+        square = np.maximum((push * push).sum(axis=1), 1e-12)
+        self.velocity_m_s -= push * (into / square)[:, None]
+        moved = self.up + (self.velocity_m_s * dt[:, None] + push) / self.sampler.radius_m
+        self.up = moved / np.linalg.norm(moved, axis=1)[:, None]
+        self.velocity_m_s = _level(self.up, self.velocity_m_s)
+        self._turn(dt)
+        self.time_s = self.time_s + dt
+        self._look()
+        rests = self.level_m + self.aground_m
+        self.height_m = rests + (self.height_m - rests) * np.exp(-dt / _LEVEL_S)
+
+    def _look(self) -> None:
+        """What the water is where a raft has come to: the next step is as long as the current there lets it be."""
         spots = self._spots()
         water = self.sampler.water(spots.reshape(-1, 3))
         depth = water.depth_m.reshape(-1, len(_SPOTS))
@@ -97,21 +116,7 @@ class Rafts:
         self.level_m = np.where(some, level, self.level_m)
         self.current_m_s = water.current_m_s.reshape(*wet.shape, 3).sum(axis=1) / many[:, None]
         self.depth_m = depth[:, 0]
-
-        aim = self._middle_of_step(dt) + self._sweep(depth)
-        self.velocity_m_s = aim + (self.velocity_m_s - aim) * np.exp(-dt / _SPEED_S)[:, None]
-        levels = np.where(wet, water.level_m.reshape(wet.shape), self.level_m[:, None])
-        push = self._push(spots, depth, dt) + self._slide(levels, dt)
-        into = np.minimum((self.velocity_m_s * push).sum(axis=1), 0.0)
-        square = np.maximum((push * push).sum(axis=1), 1e-12)
-        self.velocity_m_s -= push * (into / square)[:, None]
-        moved = self.up + (self.velocity_m_s * dt[:, None] + push) / self.sampler.radius_m
-        self.up = moved / np.linalg.norm(moved, axis=1)[:, None]
-        self.velocity_m_s = _level(self.up, self.velocity_m_s)
-        rests = self.level_m + self.aground_m
-        self.height_m = rests + (self.height_m - rests) * np.exp(-dt / _LEVEL_S)
-        self._turn(dt)
-        self.time_s = self.time_s + dt
+        self._seen = spots, depth, np.where(wet, water.level_m.reshape(wet.shape), self.level_m[:, None])
 
     def _spots(self) -> Floats:
         """(N, 5, 3) directions."""
