@@ -156,6 +156,7 @@ PAIRS: dict[str, Pair] = {
     "terrain.rivers": Pair("earth", "river", 0.0),
     "terrain.erosion": Pair("earth", "ranges", 0.0),
     "terrain.banks": Pair("earth", "river", 0.0),
+    "terrain.spray": Pair("earth", "waterfall", 0.0),
     "terrain.drainage_cells": Pair("earth", "river", 40_000),
     "terrain.rock_albedo": Pair("earth", "high", (0.3, 0.1, 0.1)),
     "terrain.strata_albedo": Pair("small", "near", (0.5, 0.1, 0.1)),

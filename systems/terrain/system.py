@@ -42,6 +42,7 @@ from .real_wanted import Eye
 from .rivers.source import source
 from .rivers.table import RiverTable
 from .shading import GroundShading, ShadedGround
+from .spray import Spray
 from .view import MaterialKey, OctavesKey, TerrainView
 from .woods_map import woods_map
 
@@ -113,6 +114,7 @@ class TerrainSystem(System):
         ))  # fmt: skip
         self._coasts = Coasts(setup.gpu, setup.world, setup.settings, self._shading.shader)
         self._land_water = LandWater(setup.gpu, self._shading.shader)
+        self._spray = Spray(setup.gpu, setup.world, self._nm)
         self._labels = GroundLabels(setup.world, self._shading.shader)
         self._watered = False  # whether the graph was declared with rivers
         self._unseen = Unseen(Planet, Terrain, Ocean, DebugView, ground=True)
@@ -267,6 +269,8 @@ class TerrainSystem(System):
         view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
         view.far = narrowest_m > _FAR_PIXEL_M
         view.farther = view.wide and narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
+        if self._shading.shows_rivers():
+            self._spray.update(frame, self._ground.params.waters, self._component.spray, self._frozen_sine(frame))
         backend = self.backend
         backend.ground = self._ground
         backend.update(frame)
@@ -276,6 +280,14 @@ class TerrainSystem(System):
             view.material_key = key
             view.material.write(material_block(self._component, self._ground.params, proxy.lattice.direction, self._nm))
         view.material.bind()
+
+    @staticmethod
+    def _frozen_sine(frame: Frame) -> float:
+        """Of the latitude from which on water is ice; 2: nowhere."""
+        for _, (ocean,) in frame.world.query(Ocean):
+            if ocean.ice_latitude_deg < 90.0:
+                return math.sin(math.radians(ocean.ice_latitude_deg))
+        return 2.0
 
     def _stream(self, frame: Frame) -> None:
         """Pages of real ground and of its pictures that the view needs."""
@@ -353,6 +365,7 @@ class TerrainSystem(System):
         self._watered = self._ground.params.waters is not None
         if self._shading.shows_rivers():
             self._land_water.declare(builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen)
+            self._spray.declare(builder, view, seen)
         self._shading.declare(builder, view, seen)
         self._labels.declare(builder, self._labelled(of), seen)
         self._debug.declare(builder, backend, of, lambda: self._bind_heights(of))

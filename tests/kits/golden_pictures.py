@@ -184,6 +184,7 @@ KNOB_PICTURES: tuple[Picture, ...] = (
     knob_picture("sun_disc_large", "earth", "limb", {"sun.angular_radius_rad": 0.03, "composite.bloom": 0.0}),
     knob_picture("layers_4", "earth", "terminator", {**FEW_CELLS, "terrain.layers": 4}),
     knob_picture("banks_off", "earth", "river", {"terrain.banks": 0.0}),
+    knob_picture("spray_off", "earth", "waterfall", {"terrain.spray": 0.0}),
     knob_picture("rivers_off", "earth", "river", {"terrain.rivers": 0.0}),
     knob_picture("erosion_off", "earth", "ranges", {"terrain.erosion": 0.0}),
     knob_picture("paper_near", "earth", "near", {"terrain.method": "paper"}),

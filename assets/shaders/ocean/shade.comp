@@ -130,10 +130,11 @@ vec3 sea_radiance(SeaPixel p) {
     float fresnel = fresnel_mean(p.slopes, seen, v, index, facet);
     vec2 slope = p.slopes.mean + (facet - dot(p.slopes.mean, aside)) * aside;
     vec3 normal = sea_normal_of(slope, p.level);
-    vec3 radiance = mirrored(p, reflect(-p.view, normal), seen.spread, sea_light(2)) * fresnel;
+    float n_l = max(l.z, 0.0);
+    vec3 white = ocean.foam_albedo * (sunlight * n_l + skylight) / PI;
+    vec3 radiance = mirrored(p, reflect(-p.view, normal), seen.spread, sea_light(2), white) * fresnel;
     radiance += sunlight * glitter(p.slopes, seen, v, l, frame.sun_radius_rad, index);
 
-    float n_l = max(l.z, 0.0);
     vec3 upwelling = upwelling_of(p, v.z, n_l, seen.facing, sunlight, skylight);
     radiance += upwelling * ((1.0 - fresnel) * ocean.per_index_squared);
 #ifdef OCEAN_GLOW
@@ -152,7 +153,7 @@ vec3 sea_radiance(SeaPixel p) {
 #ifndef OCEAN_FAR
     foam = foam_pattern(p.D, p.footprint_m, foam);
 #endif
-    radiance = mix(radiance, ocean.foam_albedo * (sunlight * n_l + skylight) / PI, foam * 0.9);
+    radiance = mix(radiance, white, foam * 0.9);
 #ifdef OCEAN_RICH
     vec2 ice = sea_ice(p);
     radiance = mix(radiance, ocean.ice_albedo * ice.y * (sunlight * n_l + skylight) / PI, ice.x);

@@ -40,15 +40,16 @@ def bend_amplitudes_m(cell_m: float) -> Floats:
     return shares.astype(np.float32).astype(np.float64)
 
 
-def unbent(points: Floats, radius_m: float, seed: int) -> Floats:
-    """(3, N) places on the reference sphere that the warp moves to points (3, N), m, but for some 50 m."""
+def unbent(points: Floats, radius_m: float, seed: int, more: int = 0) -> Floats:
+    """(3, N) places on the reference sphere that the warp moves to points (3, N), m, but for some 50 m. more: steps, of
+    which 16 leave some centimetres."""
     cell_m = river_cell_m(radius_m)
     lattice, amplitudes = bend_lattice(cell_m, seed), bend_amplitudes_m(cell_m)[:, None]
     long = Lattice(lattice.frequency[:1], lattice.offset[:1])
     found = points
-    for turn in range(_TURNS):
+    for turn in range(_TURNS + more):
         # The short octave moves places by a seventh of what the long one does.
-        last = turn == _TURNS - 1
+        last = turn >= _TURNS - 1
         octaves, moves = (lattice, amplitudes) if last else (long, amplitudes[:1])
         found = points - (moves * octaves.cells(found).vector()).sum(axis=1)
         x, y, z = found

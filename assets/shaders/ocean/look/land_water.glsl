@@ -37,17 +37,22 @@ float land_water_seen(int octave, float footprint_m) {
     return clamp(2.0 - footprint_m * 4.0 / (NESTED_BASE_M * exp2(float(octave))), 0.0, 1.0);
 }
 
-// Share of white water: where it shoots, in patches as wide as rapids; where it falls, in shreds of all sizes; as far
-// as a pixel shows them.
-float land_water_foam(vec3 D, float footprint_m) {
-    float share = land_water_white(g_stirred), seen = clamp(1.5 - footprint_m / 8.0, 0.0, 1.0);
-    float patches = share > 0.0 && seen > 0.0 ? 0.8 * sea_noise(D, 8) + 0.5 * sea_noise(D, 6) : 0.0;
-    float rapids = clamp(share * (1.0 + seen * 1.2 * patches), 0.0, 0.8);
-    float falls = smoothstep(LAND_WATER_FALLS, 1.0, g_stirred), shreds = 0.0;
-    int k = 7, end = falls > 0.0 ? 3 : 7;
+// Share of white in falling water: shreds of all sizes, as far as a pixel shows them. asked: false for others.
+float falling_white(vec3 D, float footprint_m, bool asked) {
+    float shreds = 0.0;
+    int k = 7, end = asked ? 3 : 7;
     if (k > end) do {
         float shown = land_water_seen(k, footprint_m);
         shreds += shown > 0.0 ? shown * sea_noise(D, k) : 0.0;
     } while (--k > end);
-    return mix(rapids, clamp(0.8 + 0.2 * shreds, 0.25, 0.97), falls);
+    return clamp(0.8 + 0.2 * shreds, 0.25, 0.97);
+}
+
+// Share of white water: where it shoots, in patches as wide as rapids; where it falls, in shreds.
+float land_water_foam(vec3 D, float footprint_m) {
+    float share = land_water_white(g_stirred), seen = clamp(1.5 - footprint_m / 8.0, 0.0, 1.0);
+    float patches = share > 0.0 && seen > 0.0 ? 0.8 * sea_noise(D, 8) + 0.5 * sea_noise(D, 6) : 0.0;
+    float rapids = clamp(share * (1.0 + seen * 1.2 * patches), 0.0, 0.8);
+    float falls = smoothstep(LAND_WATER_FALLS, 1.0, g_stirred);
+    return mix(rapids, falling_white(D, footprint_m, falls > 0.0), falls);
 }

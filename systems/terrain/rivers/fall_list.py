@@ -1,0 +1,84 @@
+"""The waterfalls of a table of rivers: where each comes down, how far and how wide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bends import unbent
+from .falls import STEEPNESS
+from .table import CELL_STEPS, RiverTable
+
+__all__ = ["FallList", "Falls"]
+
+Floats = NDArray[np.float64]
+
+_STEEP = 0.5 * STEEPNESS
+"""Lines that come down by more than so much of their length are falls: all others are far flatter."""
+
+_STEPS = 16
+"""To where the warp's inverse is, beyond the first few: a few centimetres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Falls:
+    """Arrays (N,) of falls as they are drawn."""
+
+    foot_m: Floats
+    """(N, 3) planet-centred, at the level of the water below"""
+    way: Floats
+    """(N, 3) unit, level: the way the water goes"""
+    height_m: Floats
+    half_width_m: Floats
+
+    def __len__(self) -> int:
+        return len(self.height_m)
+
+
+class FallList:
+    """All falls of a planet, as straight lines: where the warp draws them is asked for those that are near. Earth has
+    8900."""
+
+    def __init__(self, table: RiverTable) -> None:
+        self._table = table
+        upper = np.flatnonzero(table.to >= 0)
+        below = table.to[upper]
+        values, step_m = table.values, table.cell_m / CELL_STEPS
+        drop_m = values[upper, 0] - values[below, 0]
+        wet = (drop_m > 0.0) & (values[upper, 1] > 0.0) & (values[upper, 5] + values[below, 5] == 0.0)
+        upper, below = upper[wet], below[wet]
+        length_m = step_m * np.linalg.norm((table.place[below] - table.place[upper]).astype(np.float64), axis=1)
+        steep = drop_m[wet] > _STEEP * length_m
+        self._lip, self._foot = upper[steep], below[steep]
+        self._foot_m = table.place[self._foot] * step_m
+        self._height_m = drop_m[wet][steep].astype(np.float64)
+        self._moved_m = float(table.bend_m.sum()) * np.sqrt(3.0)
+
+    def __len__(self) -> int:
+        return len(self._foot)
+
+    def around(self, place_m: Floats, within_m: float, least_rad: float, frozen_sine: float = 2.0) -> Falls:
+        """Those that look higher than least_rad from somewhere within so many metres of a place (3,), and are no ice:
+        that begins at a latitude of that sine."""
+        table, values = self._table, self._table.values
+        level_m = values[self._foot, 0].astype(np.float64)
+        size = 1.0 + level_m / table.radius_m
+        away_m = np.linalg.norm(self._foot_m * size[:, None] - place_m, axis=1) - within_m - self._moved_m
+        liquid = np.abs(self._foot_m[:, 2]) < frozen_sine * table.radius_m
+        near = np.flatnonzero((self._height_m > least_rad * away_m) & liquid)
+        lip, foot = self._drawn(self._lip[near]), self._drawn(self._foot[near])
+        up = foot / table.radius_m
+        way = foot - lip
+        way -= up * (way * up).sum(axis=1)[:, None]
+        way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+        half_width_m = values[self._foot[near], 1].astype(np.float64)
+        return Falls(foot * size[near, None], way, self._height_m[near], half_width_m)
+
+    def _drawn(self, nodes: NDArray[np.integer]) -> Floats:
+        """(N, 3) planet-centred, on the reference sphere."""
+        points = (self._table.place[nodes] * (self._table.cell_m / CELL_STEPS)).T
+        x, y, z = points
+        points = points * (self._table.radius_m / np.sqrt(x * x + y * y + z * z))
+        return (points if self._table.given else unbent(points, self._table.radius_m, self._table.seed, _STEPS)).T
