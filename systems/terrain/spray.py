@@ -19,7 +19,7 @@ from ...engine.world import World
 from .rivers.fall_list import FallList, Falls
 from .rivers.table import RiverTable
 
-__all__ = ["Spray", "bow_cosines", "spray_rows"]
+__all__ = ["Spray", "bow_angles", "spray_rows"]
 
 Floats = NDArray[np.float64]
 
@@ -36,8 +36,8 @@ _ROW = 13
 """Numbers of a fall in the vertex buffer."""
 
 
-def bow_cosines(nm: Nanometres) -> tuple[float, float, float]:
-    """Of the primary rainbow's angle from the point opposite to the sun, at three wavelengths.
+def bow_angles(nm: Nanometres) -> tuple[float, float, float]:
+    """Of the primary rainbow from the point opposite to the sun, rad, at three wavelengths.
 
     Descartes' ray of least deviation through a sphere, once reflected. Water's refractive index by Cauchy's formula
     through its values at 20 C in four of Fraunhofer's lines: 1.3311 (656 nm), 1.3330 (589), 1.3371 (486), 1.3404 (434).
@@ -46,7 +46,7 @@ def bow_cosines(nm: Nanometres) -> tuple[float, float, float]:
     for wavelength in nm:
         index = 1.3242 + 3050.0 / wavelength**2
         into = math.acos(math.sqrt((index * index - 1.0) / 3.0))
-        found.append(math.cos(4.0 * math.asin(math.sin(into) / index) - 2.0 * into))
+        found.append(4.0 * math.asin(math.sin(into) / index) - 2.0 * into)
     return found[0], found[1], found[2]
 
 
@@ -86,7 +86,7 @@ class Spray:
     """Of one planet's falls, for all views."""
 
     def __init__(self, gpu: GpuScope, world: World, nm: Nanometres) -> None:
-        self._gpu, self._world, self._bow = gpu, world, bow_cosines(nm)
+        self._gpu, self._world, self._bow = gpu, world, bow_angles(nm)
         self._program: Program | None = None
         self._over = gpu.state(blend="premultiplied", write_depth=False)
         self._falls: tuple[RiverTable, FallList] | None = None
@@ -143,7 +143,7 @@ class Spray:
             self._over.apply()
             bind_air()
             depth.use(DEPTH_UNIT)
-            program.set("u_bow_cosine", self._bow)
+            program.set("u_bow_rad", self._bow)
             array.render(moderngl.TRIANGLE_STRIP, 4, instances=own.count)
 
         return run

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from river_kit import walks
@@ -14,14 +12,14 @@ from planetfall.systems.terrain.rivers.bends import bend_amplitudes_m, bend_latt
 from planetfall.systems.terrain.rivers.fall_list import FallList, Falls
 from planetfall.systems.terrain.rivers.falls import with_falls
 from planetfall.systems.terrain.rivers.table import river_table
-from planetfall.systems.terrain.spray import MOST, bow_cosines, spray_rows
+from planetfall.systems.terrain.spray import MOST, bow_angles, spray_rows
 
 EARTH = TerrainParams(mountains=0.4)
 
 
 def test_bow_is_where_rainbows_are() -> None:
     """Red at 42.4 degrees and violet at 40.6 (Lee and Fraser 2001, for 656 and 405 nm)."""
-    red, green, violet = (math.degrees(math.acos(c)) for c in bow_cosines((656.0, 550.0, 405.0)))
+    red, green, violet = np.degrees(bow_angles((656.0, 550.0, 405.0)))
     assert red == pytest.approx(42.4, abs=0.15)
     assert violet == pytest.approx(40.6, abs=0.15)
     assert red > green > violet
@@ -43,7 +41,7 @@ def test_list_has_the_falls_that_nodes_got() -> None:
     assert np.linalg.norm(falls.foot_m, axis=1) == pytest.approx(
         EARTH.radius_m + nodes.level_m[foot].astype(float), abs=1e-2
     )
-    # The warp moves feet to their nodes, but for what its part along the vertical, up to a kilometre, is turned by there.
+    # The warp moves feet to their nodes, but for what turns its part along the vertical, which is up to a kilometre.
     ground = (up * EARTH.radius_m).T
     moves = bend_amplitudes_m(table.cell_m)[:, None]
     moved = ground + (moves * bend_lattice(table.cell_m, table.seed).cells(ground).vector()).sum(axis=1)

@@ -8,6 +8,7 @@ struct Spray {
 };
 
 const int SPRAY_CLOUDS = 2;
+const float SPRAY_DEVIATIONS = 3.0;   // from a cloud's middle at which it ends
 
 // Of one of its two clouds, each Gaussian along three axes: middle (xyz, from the foot: along the way, across, up) and
 // density, and its deviations. What rises from the pool, and the veil before the falling water.
@@ -16,9 +17,4 @@ void spray_cloud(Spray s, int k, out vec4 middle, out vec3 deviation) {
     middle = (pool ? vec4(0.40, 0.0, 0.12, 1.0) : vec4(0.08, 0.0, 0.40, 0.22)) * vec4(vec3(s.height), s.density);
     deviation = pool ? vec3(0.50 * s.height, 0.6 * s.half_width + 0.25 * s.height, 0.34 * s.height)
         : vec3(0.20 * s.height, 0.6 * s.half_width, 0.40 * s.height);
-}
-
-// As far from the foot as there is any.
-float spray_reach(Spray s) {
-    return 3.0 * (0.6 * s.half_width + 0.9 * s.height);
 }
