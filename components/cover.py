@@ -59,6 +59,15 @@ class CoverSpecies:
     driest: float = knob(0.5, 0.0, 2.0, "", "Humidity from which on it grows; 0: any", group="climate")
     wettest: float = knob(2.0, 0.0, 2.0, "", "Humidity up to which it grows", group="climate")
 
+    waterside_m: float = knob(
+        0.0,
+        0.0,
+        100.0,
+        "m",
+        "Distance from rivers and lakes within which it grows, and in their shallows; 0: anywhere",
+        group="climate",
+    )
+
     @property
     def low(self) -> bool:
         """Whether it has the places of shrubs."""

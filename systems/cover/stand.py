@@ -35,6 +35,8 @@ _SUNK_M = 0.1
 """How deep a trunk begins below the ground, so that no slope shows its end."""
 _BANK_M = 0.4
 """Height above a river or a lake below which nothing stands."""
+_SHALLOW_M = 0.3
+"""Depth of water up to which those stand that grow along it."""
 _COAST_M, _PALM_WARM = (25.0, 6.0), (0.62, 0.75)
 """Height above the beach between which palms begin, downwards; and warmth."""
 _ON_BEACH, _UP_BEACH = 0.3, 0.7
@@ -183,14 +185,16 @@ def plants_in(
         tall = cover.shrub_height_m * (0.35 + 0.85 * chance[4] ** 2)
         radius = tall * (0.55 + 0.35 * chance[3])
     else:
-        climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v))
+        climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v), np.zeros_like(warmth))
         species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
         tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
+    least = np.zeros(len(u))  # how near to water it has to be
     if len(own):
         sums = np.cumsum(kinds[:, on], axis=0)
         drawn = np.modf(chance[5] * 61.0)[0] * sums[-1] / np.where(others[on], np.maximum(of_own[on], 1e-12), 1.0)
         kind = (drawn >= sums).sum(axis=0)
         rows = np.flatnonzero(kind < len(own))
+        least[rows] = own.least_beside(kind[rows])
         species[rows] = own.codes[kind[rows]]
         tall[rows], radius[rows] = own.sizes(kind[rows], chance[4, rows])
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
@@ -198,7 +202,10 @@ def plants_in(
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
     # On the beach a few palms.
     lowest = np.where((species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH), _UP_BEACH, 0.0)
-    dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~ground.is_wet(direction, height - _BANK_M)
+    over_m = np.where(least > 0.0, _SHALLOW_M, -_BANK_M)
+    dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~ground.is_wet(direction, height + over_m)
+    along = np.flatnonzero(dry & (least > 0.0))
+    dry[along] = ground.beside_water(direction[along]) >= least[along]
     dry &= ground.wooded(direction)
     if cover.mask is not None and len(direction):
         left, before = mask_share(cover.mask, direction), np.where(others, 0.0, first)[on]

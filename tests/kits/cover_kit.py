@@ -16,9 +16,10 @@ PLACE = pf.direction(9.23, 29.98)
 
 @contextmanager
 def woods() -> Iterator[pf.Scene]:
-    """The scene without clouds, and without rivers, for which somebody would have to wait."""
+    """The scene without clouds, without plants of its own and rivers, for which somebody would have to wait."""
     with pf.load_scene("woods") as scene:
         scene.planet[pf.Terrain].rivers = 0.0
+        scene.planet[pf.Cover].species = ()
         scene.planet.remove(pf.Clouds)
         yield scene
 

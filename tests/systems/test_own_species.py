@@ -38,11 +38,8 @@ def around(scene, view, species, radius_m=120.0, **changes):
             setattr(cover, key, value)
 
 
-FERN = pf.CoverSpecies(name="fern", form="rosette", share=0.3, height_m=0.8, crown=0.9, driest=0.62, coldest=0.18)
-
-
-def test_earth_has_saguaros_in_deserts_and_a_forest_may_have_ferns(scene):
-    own = (*scene.planet[pf.Cover].species, FERN)
+def test_earth_has_saguaros_in_deserts_and_ferns_in_forests(scene):
+    own = scene.planet[pf.Cover].species
     names = np.array([each.name for each in own])
     desert, forest = around(scene, "desert", own), around(scene, "forest", own)
     assert set(names[of_own(desert.species)]) == {"saguaro", "agave"} and (of_own(desert.species) >= 0).all()
@@ -50,6 +47,35 @@ def test_earth_has_saguaros_in_deserts_and_a_forest_may_have_ferns(scene):
     assert len(around(scene, "desert", ())) == 0
     saguaro = desert.only(desert.forms == Species.COLUMN)
     assert len(saguaro) > 20 and (saguaro.heights_m < 1.1 * 9.0).all()
+
+
+FERN = pf.CoverSpecies(name="fern", form="rosette", share=0.3, height_m=0.8, crown=0.9, driest=0.62, coldest=0.18)
+REED = pf.CoverSpecies(name="reed", form="rosette", share=1.0, height_m=2.0, crown=0.3, driest=0.0, waterside_m=8.0)
+
+
+@pytest.mark.parametrize("view", ["river", "lake"])
+def test_reeds_stand_along_water_and_in_its_shallows_alone(scene, view):
+    found = around(scene, view, (REED,), 250.0)
+    reeds = found.only(of_own(found.species) == 0)
+    assert len(reeds) > 30
+    ground = pf.TerrainSampler(scene)
+    water = ground.water(reeds.up)
+    deep_m = np.where(np.isfinite(water.level_m), water.level_m - ground.height(reeds.up), 0.0)
+    assert deep_m.max() < 0.31 and (deep_m > 0.0).any() and (deep_m <= 0.0).any()
+    # Water is near to each: 8 m as lines of rivers measure, before they are bent.
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    for plant in reeds.up[:40]:
+        east = np.cross([0.0, 0.0, 1.0], plant)
+        east /= np.linalg.norm(east)
+        ways = np.cos(turn)[:, None] * east + np.sin(turn)[:, None] * np.cross(plant, east)
+        radius_m = scene.planet[pf.Planet].radius_m
+        places = [plant + away_m / radius_m * ways for away_m in np.arange(0.0, 16.0, 1.5)]
+        asked = np.concatenate(places)
+        asked /= np.linalg.norm(asked, axis=1)[:, None]
+        assert np.isfinite(ground.water(asked).level_m).any()
+    # Without the bound there are more, and these among them.
+    anywhere = around(scene, view, (replace(REED, waterside_m=0.0),), 250.0)
+    assert np.count_nonzero(of_own(anywhere.species) == 0) > 1.5 * len(reeds)
 
 
 @pytest.mark.parametrize("form", ["broadleaf", "conifer", "flat", "palm", "column", "shrub", "rosette"])

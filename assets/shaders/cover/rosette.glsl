@@ -2,6 +2,8 @@
 // cover/tree.glsl has the space.
 // Heights of both rings' fronds: where they begin, at the ground, and how they go on outwards.
 const vec2 ROSETTE_FOOT = vec2(0.80, 0.80), ROSETTE_RISE = vec2(0.60, 0.40), ROSETTE_HANG = vec2(0.46, 0.33);
+// The same of narrow plants, as reeds, whose fronds stand; and crowns between which these are the others.
+const vec2 REED_RISE = vec2(0.34, 0.26), REED_HANG = vec2(0.14, 0.11), REED_RADIUS = vec2(0.06, 0.12);
 const float ROSETTE_WIDE = 0.17;      // of a frond's half, over the crown's radius
 const float ROSETTE_LEAVES = 15.0;    // along it, where a pixel can show them
 const int ROSETTE_STEPS = 32;
@@ -14,18 +16,22 @@ bool rosette_leaf(TreeRay r, vec3 place, out vec3 normal, out float further) {
     float aside = length(place.xy), share = min(aside / r.radius, 1.0);
     vec2 out_xy = place.xy / max(aside, 1e-4);
     float turn = 9.0 / (2.0 * PI) * atan(out_xy.y, out_xy.x), nearest = 1e9;
+    float spread = smoothstep(REED_RADIUS.x, REED_RADIUS.y, r.radius);
+    vec2 rise = mix(REED_RISE, ROSETTE_RISE, spread), hang = mix(REED_HANG, ROSETTE_HANG, spread);
     bool found = false, fine = r.size < ROSETTE_FINE * r.radius;
     for (int ring = 0; ring < 2; ++ring) {
         float across = (fract(turn + 0.5 * float(ring)) - 0.5) * (2.0 * PI / 9.0) * aside;
         float wide = ROSETTE_WIDE * r.radius * sqrt(share) * (1.0 - share * share) * r.leaves;
-        float off = place.z - ROSETTE_FOOT[ring] - (ROSETTE_RISE[ring] - ROSETTE_HANG[ring] * share) * share
+        float off = place.z - ROSETTE_FOOT[ring] - (rise[ring] - hang[ring] * share) * share
             + ROSETTE_DROOP * abs(across);
+        // At right angles to the frond: those of narrow plants are steep.
+        float slope = (rise[ring] - 2.0 * hang[ring] * share) / r.radius;
+        off *= inversesqrt(1.0 + slope * slope);
         nearest = min(nearest, abs(off));
         float row = fract(ROSETTE_LEAVES * share - 2.0 * abs(across) / r.radius) - 0.5;
         float side = abs(across) / max(wide, 1e-5);
         bool leaf = !fine || abs(row) < 0.42 * (1.0 - 0.6 * side) || side < 0.10;
         if (!found && abs(off) < 0.6 * r.size && side < 1.0 && leaf) {
-            float slope = (ROSETTE_RISE[ring] - 2.0 * ROSETTE_HANG[ring] * share) / r.radius;
             vec3 beside = vec3(-out_xy.y, out_xy.x, 0.0) * sign(across);
             normal = normalize(vec3(-slope * out_xy, 1.0) + (0.45 + 0.8 * row * float(fine)) * beside);
             found = true;
