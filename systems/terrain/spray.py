@@ -9,10 +9,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.blocks.bindings import DEPTH_UNIT
+from ...engine.blocks.bindings import DEPTH_UNIT, SPRAY_BUFFER, SPRAY_LIGHT_BUFFER
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.gpu import GpuScope, Program
+from ...engine.gpu import Compute, GpuScope, Program
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.wavelengths import Nanometres
 from ...engine.world import World
@@ -33,7 +33,9 @@ _ACROSS, _ACROSS_HEIGHT = 0.6, 0.25
 """Of that cloud's deviation across the water: by half widths and by heights, as terrain/spray.glsl has it."""
 _LOOK_AGAIN_M = 50.0
 _ROW = 13
-"""Numbers of a fall in the vertex buffer."""
+"""Numbers of a fall: SPRAY_ROW of terrain/spray.glsl."""
+_LIGHT_BYTES = 80
+"""Of its SprayLight."""
 
 
 def bow_angles(nm: Nanometres) -> tuple[float, float, float]:
@@ -76,6 +78,7 @@ class _SprayView(ViewParts):
     def __init__(self, of: GpuScope) -> None:
         super().__init__(of)
         self.rows = self.gpu.buffer(reserve=4 * _ROW * MOST, dynamic=True)
+        self.lights = self.gpu.buffer(reserve=_LIGHT_BYTES * MOST)
         self.count = 0
         self.near: Falls | None = None  # those that may be seen from around `looked_m`
         self.looked_m: Floats | None = None
@@ -87,7 +90,7 @@ class Spray:
 
     def __init__(self, gpu: GpuScope, world: World, nm: Nanometres) -> None:
         self._gpu, self._world, self._bow = gpu, world, bow_angles(nm)
-        self._program: Program | None = None
+        self._programs: tuple[Compute, Program] | None = None
         self._over = gpu.state(blend="premultiplied", write_depth=False)
         self._falls: tuple[RiverTable, FallList] | None = None
 
@@ -130,18 +133,24 @@ class Spray:
         )
 
     def _bind(self, io: PassIO, view: View) -> Callable[[], None]:
-        if self._program is None:
-            self._program = self._gpu.program(vertex="terrain/spray.vert", fragment="terrain/spray.frag")
-        program = self._program
+        if self._programs is None:
+            drawn = self._gpu.program(vertex="terrain/spray.vert", fragment="terrain/spray.frag")
+            self._programs = self._gpu.compute("terrain/spray_light.comp"), drawn
+        light, program = self._programs
         own: _SprayView = view.state(self, lambda: _SprayView(self._gpu))
         array = own.gpu.vertex_array(program, [(own.rows, "4f 4f 4f 1f /i", "in_foot", "in_up", "in_way", "in_seed")])
         target, depth = io.framebuffer(colors=("scene.radiance",)), io.texture("gbuffer.depth")
         bind_air = bind_contracts(self._world, io)
 
         def run() -> None:
+            bind_air()
+            own.rows.bind_to_storage_buffer(SPRAY_BUFFER)
+            own.lights.bind_to_storage_buffer(SPRAY_LIGHT_BUFFER)
+            light.set("u_count", own.count)
+            light.run()
+            self._gpu.barrier()
             target.use()
             self._over.apply()
-            bind_air()
             depth.use(DEPTH_UNIT)
             program.set("u_bow_rad", self._bow)
             array.render(moderngl.TRIANGLE_STRIP, 4, instances=own.count)

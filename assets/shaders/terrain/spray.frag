@@ -1,12 +1,13 @@
 // Spray of waterfalls before what is drawn: droplets in two Gaussian clouds, whose optical depth along a ray is known
-// in closed form. Where it is thin each droplet scatters the sun once, forward for the most part, and in a bow; where it
-// is dense it is as white as foam.
+// in closed form. Where it is thin each droplet scatters the sun once, forward for the most part, and in a bow; where
+// it is dense it is as white as foam.
 #include "common/camera.glsl"
 #include "common/constants.glsl"
 #include "common/noise.glsl"
 #include "generated/bindings.glsl"
 #include "terrain/spray.glsl"
 
+layout(std430, binding = SPRAY_LIGHT_BUFFER) readonly buffer LightBuffer { SprayLight lights[]; };
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 uniform vec3 u_bow_rad;   // the primary bow's angle from the shadow of the eye, in each wavelength
 
@@ -14,11 +15,7 @@ flat in vec4 v_foot;
 flat in vec4 v_up;
 flat in vec4 v_way;
 flat in float v_seed;
-flat in vec3 v_beam;
-flat in vec3 v_diffuse;
-flat in vec3 v_dense;
-flat in vec3 v_loss;
-flat in vec3 v_air;
+flat in int v_number;
 layout(location = 0) out vec4 o_light;   // premultiplied
 
 const float FORWARD = 0.75;                  // asymmetry of droplets
@@ -67,8 +64,9 @@ void main() {
     float nu = dot(ray, frame.sun_direction), g = FORWARD, opacity = 1.0 - exp(-optical);
     float once = (1.0 - g * g) / (4.0 * PI * pow(1.0 + g * g - 2.0 * g * nu, 1.5));
     vec3 off = (acos(clamp(-nu, -1.0, 1.0)) - u_bow_rad) / BOW_RAD;
-    vec3 thin = v_diffuse + v_beam * (once + BOW * exp(-0.5 * off * off));
-    vec3 left = exp(-v_loss * mean_m);
-    vec3 light = mix(thin, max(thin, v_dense), opacity) * left + v_air * (1.0 - left);
+    SprayLight lit = lights[v_number];
+    vec3 thin = lit.diffuse.rgb + lit.beam.rgb * (once + BOW * exp(-0.5 * off * off));
+    vec3 left = exp(-lit.loss.rgb * mean_m);
+    vec3 light = mix(thin, max(thin, lit.dense.rgb), opacity) * left + lit.air.rgb * (1.0 - left);
     o_light = vec4(light * opacity * frame.hdr_per_radiance, opacity);
 }

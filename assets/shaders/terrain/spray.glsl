@@ -7,6 +7,16 @@ struct Spray {
     float seed;        // of its puffs
 };
 
+// What terrain/spray_light.comp has for each.
+struct SprayLight {
+    vec4 beam;      // the sun's light on a surface across it
+    vec4 diffuse;   // radiance of light that comes evenly from all sides, by what a droplet scatters
+    vec4 dense;     // radiance of spray that is as white as foam
+    vec4 loss;      // of the air before it, 1/m
+    vec4 air;       // and that air's source
+};
+
+const int SPRAY_ROW = 13;   // numbers of a fall
 const int SPRAY_CLOUDS = 2;
 const float SPRAY_DEVIATIONS = 3.0;   // from a cloud's middle at which it ends
 

@@ -70,7 +70,8 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share, vec3 white) {
 
 // Radiance of what comes from a direction to a point of the sea. open_sky: of air between the sea and a camera up high.
 // spread: of the slopes that mirror. One ray stands for all: over rough water, where they spread over more than the
-// ground is high, it would find ground and sky by turns, and the sky alone is nearer to their mean. white: of foam there.
+// ground is high, it would find ground and sky by turns, and the sky alone is nearer to their mean. white: of foam
+// there.
 vec3 mirrored(SeaPixel p, vec3 direction, float spread, vec3 open_sky, vec3 white) {
     // Facets that would mirror the sea itself show the sky low above it, by way of a second facet.
     float rise = dot(direction, p.zenith);
