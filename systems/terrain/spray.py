@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...engine.blocks.bindings import DEPTH_UNIT, SPRAY_BUFFER, SPRAY_LIGHT_BUFFER
 from ...engine.frame import Frame, View, ViewInfo, ViewParts
 from ...engine.frame.contracts import bind_contracts, contract_reads
-from ...engine.gpu import Compute, GpuScope, Program
+from ...engine.gpu import Compute, GpuScope, Program, VertexArray
 from ...engine.graph import GraphBuilder, PassIO
 from ...engine.wavelengths import Nanometres
 from ...engine.world import World
@@ -32,7 +32,11 @@ _DEPTH, _HIGHEST_M = 2.5, 40.0
 _ACROSS, _ACROSS_HEIGHT = 0.6, 0.25
 """Of that cloud's deviation across the water: by half widths and by heights, as terrain/spray.glsl has it."""
 _LOOK_AGAIN_M = 50.0
-_ROW = 13
+_RISE_M_S, _PUFF, _FINER = 1.6, 0.45, 3.1
+"""How fast puffs rise; how wide they are, in heights of the fall; and how many times finer the second octave is."""
+_CELLS = 2.0**20
+"""So many cells of noise come by before the first does again: once in months."""
+_ROW = 17
 """Numbers of a fall: SPRAY_ROW of terrain/spray.glsl."""
 _LIGHT_BYTES = 80
 """Of its SprayLight."""
@@ -52,9 +56,12 @@ def bow_angles(nm: Nanometres) -> tuple[float, float, float]:
     return found[0], found[1], found[2]
 
 
-def spray_rows(falls: Falls, camera_m: Floats, pixel_rad: float, strength: float) -> NDArray[np.float32]:
-    """(K, 13), K at most MOST: what terrain/spray.vert reads of the falls whose spray a camera (3,) may see. strength:
-    Terrain.spray."""
+def spray_rows(
+    falls: Falls, camera_m: Floats, pixel_rad: float, strength: float, time_s: float = 0.0
+) -> NDArray[np.float32]:
+    """(K, 17), K at most MOST: what terrain/spray.vert reads of the falls whose spray a camera (3,) may see. strength:
+    Terrain.spray. time_s: how far puffs have risen, as whole cells of their noise and the rest, so that both are
+    right at any time."""
     away = falls.foot_m - camera_m
     distance_m = np.linalg.norm(away, axis=1)
     seen_px = falls.height_m / (np.maximum(distance_m, 1.0) * pixel_rad)
@@ -68,7 +75,10 @@ def spray_rows(falls: Falls, camera_m: Floats, pixel_rad: float, strength: float
     rows[:, :3], rows[:, 3] = away[near], depth / (math.sqrt(2.0 * math.pi) * across_m)
     rows[:, 4:7], rows[:, 7] = falls.foot_m[near] / np.linalg.norm(falls.foot_m[near], axis=1)[:, None], height
     rows[:, 8:11], rows[:, 11] = falls.way[near], half_width
-    rows[:, 12] = near % 64
+    rows[:, 12] = falls.number[near] % 64
+    for octave, finer in enumerate((1.0, _FINER)):
+        risen = np.mod(_RISE_M_S * finer * time_s / (_PUFF * height), _CELLS)
+        rows[:, 13 + 2 * octave], rows[:, 14 + 2 * octave] = np.floor(risen), risen - np.floor(risen)
     return rows
 
 
@@ -80,9 +90,10 @@ class _SprayView(ViewParts):
         self.rows = self.gpu.buffer(reserve=4 * _ROW * MOST, dynamic=True)
         self.lights = self.gpu.buffer(reserve=_LIGHT_BYTES * MOST)
         self.count = 0
+        self.array: VertexArray | None = None
         self.near: Falls | None = None  # those that may be seen from around `looked_m`
         self.looked_m: Floats | None = None
-        self.of: FallList | None = None
+        self.key: tuple[FallList, float, float] | None = None
 
 
 class Spray:
@@ -103,15 +114,12 @@ class Spray:
         if self._falls is None or self._falls[0] is not table:
             self._falls = table, FallList(table)
         falls, camera_m = self._falls[1], frame.camera.position_m
-        if (
-            own.near is None
-            or own.looked_m is None
-            or own.of is not falls
-            or float(np.linalg.norm(camera_m - own.looked_m)) > _LOOK_AGAIN_M
-        ):
-            own.looked_m, own.of = camera_m.copy(), falls
+        key = falls, frame.pixel_rad, frozen_sine
+        moved_m = math.inf if own.looked_m is None else float(np.linalg.norm(camera_m - own.looked_m))
+        if own.near is None or own.key != key or moved_m > _LOOK_AGAIN_M:
+            own.looked_m, own.key = camera_m.copy(), key
             own.near = falls.around(camera_m, _LOOK_AGAIN_M, _SHOWN_PX * frame.pixel_rad, frozen_sine)
-        rows = spray_rows(own.near, camera_m, frame.pixel_rad, strength)
+        rows = spray_rows(own.near, camera_m, frame.pixel_rad, strength, frame.time_s)
         own.count = len(rows)
         if own.count:
             own.rows.write(rows.tobytes())
@@ -138,7 +146,10 @@ class Spray:
             self._programs = self._gpu.compute("terrain/spray_light.comp"), drawn
         light, program = self._programs
         own: _SprayView = view.state(self, lambda: _SprayView(self._gpu))
-        array = own.gpu.vertex_array(program, [(own.rows, "4f 4f 4f 1f /i", "in_foot", "in_up", "in_way", "in_seed")])
+        if own.array is None:
+            names = ("in_foot", "in_up", "in_way", "in_seed", "in_risen")
+            own.array = own.gpu.vertex_array(program, [(own.rows, "4f 4f 4f 1f 4f /i", *names)])
+        array = own.array
         target, depth = io.framebuffer(colors=("scene.radiance",)), io.texture("gbuffer.depth")
         bind_air = bind_contracts(self._world, io)
 

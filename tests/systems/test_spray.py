@@ -60,17 +60,24 @@ def some_falls(distances_m: list[float], height_m: float = 40.0) -> Falls:
     """In a row to the north, each that far from (EARTH's radius, 0, 0)."""
     n = len(distances_m)
     foot = np.stack([np.full(n, EARTH.radius_m), np.zeros(n), np.array(distances_m)], axis=1)
-    return Falls(foot, np.tile([0.0, 1.0, 0.0], (n, 1)), np.full(n, height_m), np.full(n, 10.0))
+    return Falls(foot, np.tile([0.0, 1.0, 0.0], (n, 1)), np.full(n, height_m), np.full(n, 10.0), np.arange(n))
 
 
 def test_spray_is_of_falls_that_a_picture_shows() -> None:
     falls = some_falls([float(d) for d in range(100, 5100, 100)])
     camera_m, pixel_rad = np.array([EARTH.radius_m, 0.0, 0.0]), 2e-3
     rows = spray_rows(falls, camera_m, pixel_rad, 1.0)
-    assert rows.shape == (MOST, 13)
+    assert rows.shape == (MOST, 17)
     assert np.allclose(rows[:, 2], 100.0 * np.arange(1, MOST + 1))  # the nearest
     assert len(spray_rows(falls, camera_m, pixel_rad, 0.0)) == 0
     assert spray_rows(falls, camera_m, pixel_rad, 2.0)[:, 3] == pytest.approx(2.0 * rows[:, 3])
+    # Puffs rise at any time.
+    for time_s in (0.0, 12.5, -3.0, 1e8, 1e9):
+        one = spray_rows(falls, camera_m, pixel_rad, 1.0, time_s)[0].astype(np.float64)
+        later = spray_rows(falls, camera_m, pixel_rad, 1.0, time_s + 7.0)[0].astype(np.float64)
+        assert ((one[[14, 16]] >= 0.0) & (one[[14, 16]] < 1.0)).all()
+        risen = (later[[13, 15]] - one[[13, 15]]) + (later[[14, 16]] - one[[14, 16]])
+        assert np.mod(risen, 2.0**20) == pytest.approx([1.6 * 7.0 / 18.0, 3.1 * 1.6 * 7.0 / 18.0], abs=1e-3)
     # It comes by and by: no step where a fall begins to have some.
     far = [spray_rows(some_falls([d]), camera_m, pixel_rad, 1.0) for d in np.linspace(2000.0, 7000.0, 500)]
     depth = np.array([float(one[0, 3]) if len(one) else 0.0 for one in far])

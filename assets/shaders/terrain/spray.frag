@@ -15,13 +15,13 @@ flat in vec4 v_foot;
 flat in vec4 v_up;
 flat in vec4 v_way;
 flat in float v_seed;
+flat in vec4 v_risen;
 flat in int v_number;
 layout(location = 0) out vec4 o_light;   // premultiplied
 
 const float FORWARD = 0.75;                  // asymmetry of droplets
 const float BOW_RAD = 0.011, BOW = 0.055;    // the bow's deviation, with the sun's disc in it, and its phase function
-const float RISE_M_S = 1.6;                  // of puffs
-const float PUFF = 0.45;                     // their size, in heights of the fall
+const float PUFF = 0.45, FINER = 3.1;          // as systems/terrain/spray.py has them
 
 // Odd rational approximation of erf, to 5e-4 (Abramowitz and Stegun 1964, 7.1.27).
 float erf_of(float x) {
@@ -30,12 +30,16 @@ float erf_of(float x) {
     return sign(x) * (1.0 - 1.0 / (d * d));
 }
 
+// One octave around a place in cells, which has risen by whole cells and a part of one.
+float puff(vec3 cells, vec2 risen) {
+    cells += v_seed - vec3(0.0, 0.0, risen.y);
+    return gradient_noise_value(ivec3(floor(cells)) - ivec3(0, 0, int(risen.x)), fract(cells));
+}
+
 // How much more or less there is at a place, m from the foot: two octaves that rise.
 float puffs(vec3 place, float width_m) {
-    vec3 moved = place - vec3(0.4, 0.0, 1.0) * (RISE_M_S * frame.time_s);
-    vec3 broad = moved / width_m + v_seed, fine = moved * (3.1 / width_m) + v_seed;
-    return clamp(1.0 + 1.5 * gradient_noise_value(ivec3(floor(broad)), fract(broad))
-        + 0.9 * gradient_noise_value(ivec3(floor(fine)), fract(fine)), 0.0, 2.0);
+    return clamp(1.0 + 1.5 * puff(place / width_m, v_risen.xy) + 0.9 * puff(place * (FINER / width_m), v_risen.zw),
+        0.0, 2.0);
 }
 
 void main() {

@@ -16,7 +16,7 @@ struct SprayLight {
     vec4 air;       // and that air's source
 };
 
-const int SPRAY_ROW = 13;   // numbers of a fall
+const int SPRAY_ROW = 17;   // numbers of a fall
 const int SPRAY_CLOUDS = 2;
 const float SPRAY_DEVIATIONS = 3.0;   // from a cloud's middle at which it ends
 

@@ -6,11 +6,13 @@ in vec4 in_foot;   // xyz, density
 in vec4 in_up;     // xyz, height
 in vec4 in_way;    // xyz, half width
 in float in_seed;
+in vec4 in_risen;  // whole cells of both octaves of puffs, and the rest
 
 flat out vec4 v_foot;
 flat out vec4 v_up;
 flat out vec4 v_way;
 flat out float v_seed;
+flat out vec4 v_risen;
 flat out int v_number;
 
 // Around all of it, low (xy) and high (zw); of the whole picture if some is beside the camera or behind.
@@ -40,6 +42,7 @@ void main() {
     v_up = in_up;
     v_way = in_way;
     v_seed = in_seed;
+    v_risen = in_risen;
     v_number = gl_InstanceID;
     Spray s = Spray(in_foot.xyz, in_up.xyz, in_way.xyz, in_up.w, in_way.w, in_foot.w, in_seed);
     vec4 bounds = clamp(spray_bounds(s), -2.0, 2.0);

@@ -32,6 +32,8 @@ class Falls:
     """(N, 3) unit, level: the way the water goes"""
     height_m: Floats
     half_width_m: Floats
+    number: NDArray[np.integer]
+    """among all of the planet"""
 
     def __len__(self) -> int:
         return len(self.height_m)
@@ -72,9 +74,13 @@ class FallList:
         up = foot / table.radius_m
         way = foot - lip
         way -= up * (way * up).sum(axis=1)[:, None]
-        way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+        length_m = np.linalg.norm(way, axis=1)[:, None]
+        # One that the warp makes vertical goes somewhere all the same.
+        aside = np.cross(up, np.where(np.abs(up[:, 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]))
+        way = np.where(length_m > 1e-3, way, aside)
+        way /= np.linalg.norm(way, axis=1)[:, None]
         half_width_m = values[self._foot[near], 1].astype(np.float64)
-        return Falls(foot * size[near, None], way, self._height_m[near], half_width_m)
+        return Falls(foot * size[near, None], way, self._height_m[near], half_width_m, near)
 
     def _drawn(self, nodes: NDArray[np.integer]) -> Floats:
         """(N, 3) planet-centred, on the reference sphere."""
