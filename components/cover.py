@@ -64,7 +64,7 @@ class CoverSpecies:
         0.0,
         100.0,
         "m",
-        "Distance from rivers and lakes within which it grows, and in their shallows; 0: anywhere",
+        "Distance from rivers and lakes, along bends roughly, within which it grows, and in shallows; 0: anywhere",
         group="climate",
     )
 

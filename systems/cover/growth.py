@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 
 from ...components import Terrain
 
-__all__ = ["BESIDE_M", "Climate", "Growing", "GrowingGround", "ramp", "savanna"]
+__all__ = ["Climate", "Growing", "GrowingGround", "ramp", "savanna"]
 
 Floats = NDArray[np.float64]
 
 _MEAN_MOISTURE = 0.41  # as systems/terrain/material.py takes it off
 _LEAST_CLIMATE_M = 1.0
-BESIDE_M = 100.0
-"""How far from rivers and lakes a place counts as beside them; as BESIDE_M of terrain/rivers.glsl."""
 _BANK_WET = 0.4
 """Moisture that banks of rivers and lakes have more; as TERRAIN_BANK_WET of terrain/height.glsl."""
 _SAVANNA_HUMID, _SAVANNA_WARM = (0.38, 0.46, 0.55, 0.49), (0.40, 0.60)
@@ -36,6 +34,7 @@ class GrowingGround(Protocol):
     def height(self, directions: Floats) -> Floats: ...
     def moisture(self, directions: Floats) -> Floats: ...
     def beside_water(self, directions: Floats) -> Floats: ...
+    def from_water_m(self, directions: Floats) -> Floats: ...
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]: ...
     def wooded(self, directions: Floats) -> NDArray[np.bool_]: ...
 
@@ -56,8 +55,6 @@ class Climate:
 
     warmth: Floats
     humidity: Floats
-    beside: Floats
-    """0 from BESIDE_M from rivers and lakes on .. 1 at their edges and in them"""
 
 
 def savanna(climate: Climate) -> Floats:
@@ -108,12 +105,12 @@ class Growing:
     def climate(self, ground: GrowingGround, directions: Floats, height_m: Floats) -> Climate:
         """As ground_climate() has it, without chance."""
         sine = np.abs(directions[:, 2])
-        moisture, beside = ground.moisture(directions), ground.beside_water(directions)
+        moisture = ground.moisture(directions)
         if self.riparian > 0.0:
-            moisture = np.minimum(moisture + _BANK_WET * self.riparian * beside, 1.0)
+            moisture = np.minimum(moisture + _BANK_WET * self.riparian * ground.beside_water(directions), 1.0)
         humidity = self.humidity + 0.9 * moisture
         humidity += 0.30 * _bell(sine, 0.0, 3.6) - 0.34 * _bell(sine, 0.42, 3.2) + 0.16 * _bell(sine, 0.85, 2.2)
-        return Climate(self.warmth(sine, height_m), humidity, beside)
+        return Climate(self.warmth(sine, height_m), humidity)
 
     def warmth(self, sine: Floats, height_m: Floats) -> Floats:
         """(N,) of the climate; sine: of the latitude, either sign."""

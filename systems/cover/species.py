@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...components import Cover, CoverSpecies
-from .growth import BESIDE_M, Climate, ramp
+from .growth import Climate, ramp
 
 __all__ = ["OwnSpecies", "Species", "forms_of", "of_own", "tallest_m"]
 
@@ -43,9 +44,6 @@ _FORMS = {
 }  # fmt: skip
 _EDGE = 0.05
 """Of warmth and humidity, to either side of where a species begins and ends."""
-_ASIDE_M = 25.0
-"""How much farther from water than those that grow along it their places are looked for: as far apart as climate is
-asked."""
 _MOST_CROWN = 0.6
 """Of those that are drawn as they stand: quads around trees hold no wider crown."""
 
@@ -83,8 +81,23 @@ class OwnSpecies:
     def __len__(self) -> int:
         return len(self.kinds)
 
+    @cached_property
+    def aside_m(self) -> Floats:
+        """(S,) how far from water they stand at most; 0: anywhere."""
+        return np.array([each.waterside_m for each in self.kinds])
+
+    @property
+    def along_water(self) -> bool:
+        """Whether some grow along water alone."""
+        return bool(self.aside_m.any())
+
+    def reaches(self, from_water_m: Floats) -> NDArray[np.bool_]:
+        """(S, N) which stand so far from water (N,)."""
+        aside_m = self.aside_m[:, None]
+        return (aside_m == 0.0) | (from_water_m < aside_m)
+
     def shares(self, climate: Climate) -> Floats:
-        """(S, *shape of the climate) of the places that have one of each."""
+        """(S, *shape of the climate) of the places that have one of each, as far from water as they may stand."""
         parts = [each.share * self._fits(each, climate) for each in self.kinds]
         return np.stack(parts) if parts else np.zeros((0, *climate.warmth.shape))
 
@@ -97,14 +110,7 @@ class OwnSpecies:
         ):
             found *= ramp(least - _EDGE, least + _EDGE, value) if least > 0.0 else 1.0
             found *= ramp(most + _EDGE, most - _EDGE, value) if most < 2.0 else 1.0
-        if kind.waterside_m > 0.0:
-            found *= climate.beside > 1.0 - (kind.waterside_m + _ASIDE_M) / BESIDE_M
         return found * (climate.warmth > 0.0)
-
-    def least_beside(self, which: Ints) -> Floats:
-        """(N,) `Climate.beside` from which on kinds (N,) stand; 0: anywhere."""
-        aside_m = np.array([each.waterside_m for each in self.kinds])
-        return np.where(aside_m > 0.0, np.maximum(1.0 - aside_m / BESIDE_M, 1e-9), 0.0)[which]
 
     def sizes(self, which: Ints, chance: Floats) -> tuple[Floats, Floats]:
         """Heights and radii of crowns (N,), metres; which: (N,) of the kinds. chance: of [0, 1); few are grown."""

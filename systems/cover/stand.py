@@ -35,6 +35,8 @@ _SUNK_M = 0.1
 """How deep a trunk begins below the ground, so that no slope shows its end."""
 _BANK_M = 0.4
 """Height above a river or a lake below which nothing stands."""
+_ASIDE_M = 30.0
+"""More than corners of squares are apart by: water is near to a place where it is to a corner of its square."""
 _SHALLOW_M = 0.3
 """Depth of water up to which those stand that grow along it."""
 _COAST_M, _PALM_WARM = (25.0, 6.0), (0.62, 0.75)
@@ -170,13 +172,19 @@ def plants_in(
     others = chance[2] < first
     # A planet's own stand in place of others, and where none stand; so no other comes or moves.
     kinds = np.stack([coarse.at(each, which, u, v) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
+    scale = 2.0 ** (FULL_BITS - level)
+    if own.along_water:
+        some = np.flatnonzero(kinds.any(axis=0) & (coarse.at(coarse.near_water, which, u, v) > 0.0))
+        there = direction_of(face[some], (i + u)[some] * scale, (j + v)[some] * scale).reshape(-1, 3)
+        away_m = np.full(len(u), np.inf)
+        away_m[some] = ground.from_water_m(there)
+        kinds *= own.reaches(away_m)
     of_own = np.minimum(kinds.sum(axis=0) * flat, 1.0)
     share = share + of_own * np.maximum(1.0 - share, 0.0) if len(own) else share
     on = np.flatnonzero(chance[2] < share)
     which, face, i, j, number = (c[on] for c in (which, face, i, j, number))
     u, v, woods = (c[on] for c in (u, v, woods))
     chance = chance[:, on]
-    scale = 2.0 ** (FULL_BITS - level)
     direction = direction_of(face, (i + u) * scale, (j + v) * scale).reshape(-1, 3)
     height = ground.height(direction)
     warmth = coarse.at(coarse.warmth, which, u, v)
@@ -185,16 +193,17 @@ def plants_in(
         tall = cover.shrub_height_m * (0.35 + 0.85 * chance[4] ** 2)
         radius = tall * (0.55 + 0.35 * chance[3])
     else:
-        climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v), np.zeros_like(warmth))
+        climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v))
         species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
         tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
-    least = np.zeros(len(u))  # how near to water it has to be
+    wet = ground.is_wet(direction, height - _BANK_M)
     if len(own):
         sums = np.cumsum(kinds[:, on], axis=0)
         drawn = np.modf(chance[5] * 61.0)[0] * sums[-1] / np.where(others[on], np.maximum(of_own[on], 1e-12), 1.0)
         kind = (drawn >= sums).sum(axis=0)
         rows = np.flatnonzero(kind < len(own))
-        least[rows] = own.least_beside(kind[rows])
+        along = rows[own.aside_m[kind[rows]] > 0.0]
+        wet[along] = ground.is_wet(direction[along], height[along] + _SHALLOW_M)
         species[rows] = own.codes[kind[rows]]
         tall[rows], radius[rows] = own.sizes(kind[rows], chance[4, rows])
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
@@ -202,10 +211,7 @@ def plants_in(
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
     # On the beach a few palms.
     lowest = np.where((species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH), _UP_BEACH, 0.0)
-    over_m = np.where(least > 0.0, _SHALLOW_M, -_BANK_M)
-    dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~ground.is_wet(direction, height + over_m)
-    along = np.flatnonzero(dry & (least > 0.0))
-    dry[along] = ground.beside_water(direction[along]) >= least[along]
+    dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~wet
     dry &= ground.wooded(direction)
     if cover.mask is not None and len(direction):
         left, before = mask_share(cover.mask, direction), np.where(others, 0.0, first)[on]
@@ -253,6 +259,8 @@ class _Coarse:
     slope: Floats
     own: Floats
     """(species, plots, ...) the same as `share` of a planet's own"""
+    near_water: Floats
+    """1 where water is so near that some of a planet's own may stand along it, else 0"""
 
     @classmethod
     def of(
@@ -268,6 +276,9 @@ class _Coarse:
         side = float(cell_edge_m(level, ground.radius_m)) / _COARSE
         rise = np.gradient(height.reshape(shape), side, axis=(1, 2))
         climate = growing.climate(ground, direction, height)
+        near_water = np.zeros(len(direction))
+        if own.along_water:
+            near_water[ground.from_water_m(direction) < own.aside_m.max() + _ASIDE_M] = 1.0
         share = growing.shrubs(climate) if layer is SHRUBS else growing.woods(climate)
         return cls(
             climate.warmth.reshape(shape),
@@ -275,6 +286,7 @@ class _Coarse:
             share.reshape(shape),
             np.hypot(*rise),
             (growing.plants * own.shares(climate)).reshape(len(own), *shape),
+            near_water.reshape(shape),
         )
 
     @staticmethod

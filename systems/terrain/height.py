@@ -26,7 +26,7 @@ from .height_octaves import BLOCK, FEW_POINTS, heights, heights_gradients, heigh
 from .height_params import TerrainParams, forget_with_tiles
 from .height_relief import relief_statistics
 from .height_steps import layer_weight
-from .rivers.valleys import beside_water, waters
+from .rivers.valleys import beside_water, from_water_m, waters
 
 __all__ = [
     "TerrainField",
@@ -172,6 +172,13 @@ class TerrainField:
         if self.params.waters is None or not len(directions):
             return np.zeros(len(directions))
         return beside_water(self.params.waters, directions.T * self.radius_m)
+
+    def from_water_m(self, directions: Floats) -> Floats:
+        """Metres from the edges of rivers and lakes (N,), as their lines are measured, which bends stretch by up to
+        two; negative in them, infinite where there are none around. At unit directions (N, 3)."""
+        if self.params.waters is None or not len(directions):
+            return np.full(len(directions), np.inf)
+        return from_water_m(self.params.waters, directions.T * self.radius_m)
 
     def is_wet(self, directions: Floats, height_m: Floats) -> NDArray[np.bool_]:
         """Whether places (N,) of that height lie under a river or a lake."""

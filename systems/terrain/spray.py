@@ -35,7 +35,7 @@ _LOOK_AGAIN_M = 50.0
 _RISE_M_S, _PUFF, _FINER = 1.6, 0.45, 3.1
 """How fast puffs rise; how wide they are, in heights of the fall; and how many times finer the second octave is."""
 _CELLS = 2.0**20
-"""So many cells of noise come by before the first does again: once in months."""
+"""So many cells of noise come by before the first does again: weeks for a high fall, days for a low one."""
 _ROW = 17
 """Numbers of a fall: SPRAY_ROW of terrain/spray.glsl."""
 _LIGHT_BYTES = 80
@@ -66,10 +66,14 @@ def spray_rows(
     distance_m = np.linalg.norm(away, axis=1)
     seen_px = falls.height_m / (np.maximum(distance_m, 1.0) * pixel_rad)
     near = np.flatnonzero((seen_px > _SHOWN_PX) & (strength > 0.0))
-    near = near[np.argsort(-seen_px[near], kind="stable")][:MOST]
+    near = near[np.argsort(-seen_px[near], kind="stable")]
+    # Those that look as high as the first that is left out have hardly any: none comes or goes at once.
+    shown_px = max(_SHOWN_PX, float(seen_px[near[MOST]])) if len(near) > MOST else _SHOWN_PX
+    near = near[:MOST]
+    near = near[np.argsort(-distance_m[near], kind="stable")]  # the nearest lies over the others
     rows = np.zeros((len(near), _ROW), np.float32)
     height, half_width = falls.height_m[near], falls.half_width_m[near]
-    share = np.clip((seen_px[near] - _SHOWN_PX) / (_WHOLE_PX - _SHOWN_PX), 0.0, 1.0)
+    share = np.clip((seen_px[near] - shown_px) / (shown_px * (_WHOLE_PX / _SHOWN_PX - 1.0)), 0.0, 1.0)
     depth = _DEPTH * strength * share * np.minimum(height / _HIGHEST_M, 1.0)
     across_m = _ACROSS * half_width + _ACROSS_HEIGHT * height
     rows[:, :3], rows[:, 3] = away[near], depth / (math.sqrt(2.0 * math.pi) * across_m)
@@ -125,7 +129,8 @@ class Spray:
             own.rows.write(rows.tobytes())
 
     def declare(self, builder: GraphBuilder, info: ViewInfo, seen: Callable[[], bool]) -> None:
-        """The pass, behind all that spray hides and before clouds."""
+        """The pass: after all surfaces, before the water around a lens below it, and before clouds. seen: whether any
+        of the planet is."""
         view = info.view
         builder.add_pass(
             "terrain.spray",
@@ -134,7 +139,6 @@ class Spray:
             reads=("gbuffer.depth", *contract_reads(self._world)),
             writes=("scene.radiance",),
             stage="underwater",
-            after=("ocean.under",),
             when=lambda: view.state(self, lambda: _SprayView(self._gpu)).count > 0,
             only_while=seen,
             help="spray of waterfalls",
@@ -158,7 +162,7 @@ class Spray:
             own.rows.bind_to_storage_buffer(SPRAY_BUFFER)
             own.lights.bind_to_storage_buffer(SPRAY_LIGHT_BUFFER)
             light.set("u_count", own.count)
-            light.run()
+            light.run_over(own.count)
             self._gpu.barrier()
             target.use()
             self._over.apply()

@@ -129,6 +129,7 @@ class TerrainSystem(System):
 
     def release(self) -> None:
         self._methods.release()
+        self._views.forget(self._spray)
         self._maps.release()
         self._gpu.shaders.withdraw(self.name)
         for key in (HEIGHT_FIELD, SURFACE_HEIGHT):
@@ -365,7 +366,7 @@ class TerrainSystem(System):
         self._watered = self._ground.params.waters is not None
         if self._shading.shows_rivers():
             self._land_water.declare(builder, view, lambda: self._bind_heights(of), lambda: self._of(of).wide, seen)
-            self._spray.declare(builder, view, seen)
+            self._spray.declare(builder, view, of.seen.planet)
         self._shading.declare(builder, view, seen)
         self._labels.declare(builder, self._labelled(of), seen)
         self._debug.declare(builder, backend, of, lambda: self._bind_heights(of))

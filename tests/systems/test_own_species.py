@@ -12,6 +12,8 @@ from planetfall.engine.wavelengths import wavelengths_of
 from planetfall.systems.cover.own_colours import own_defines, packed
 from planetfall.systems.cover.species import Species, of_own
 from planetfall.systems.cover.trunks import COLUMN_TRUNK, TREE_TRUNK, Trunks
+from planetfall.systems.terrain.ground_params import ground_params
+from planetfall.systems.terrain.height import TerrainField
 
 SIZE = (160, 90)
 WAVELENGTHS = wavelengths_of({})
@@ -62,20 +64,15 @@ def test_reeds_stand_along_water_and_in_its_shallows_alone(scene, view):
     water = ground.water(reeds.up)
     deep_m = np.where(np.isfinite(water.level_m), water.level_m - ground.height(reeds.up), 0.0)
     assert deep_m.max() < 0.31 and (deep_m > 0.0).any() and (deep_m <= 0.0).any()
-    # Water is near to each: 8 m as lines of rivers measure, before they are bent.
-    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    for plant in reeds.up[:40]:
-        east = np.cross([0.0, 0.0, 1.0], plant)
-        east /= np.linalg.norm(east)
-        ways = np.cos(turn)[:, None] * east + np.sin(turn)[:, None] * np.cross(plant, east)
-        radius_m = scene.planet[pf.Planet].radius_m
-        places = [plant + away_m / radius_m * ways for away_m in np.arange(0.0, 16.0, 1.5)]
-        asked = np.concatenate(places)
-        asked /= np.linalg.norm(asked, axis=1)[:, None]
-        assert np.isfinite(ground.water(asked).level_m).any()
-    # Without the bound there are more, and these among them.
-    anywhere = around(scene, view, (replace(REED, waterside_m=0.0),), 250.0)
-    assert np.count_nonzero(of_own(anywhere.species) == 0) > 1.5 * len(reeds)
+    field = TerrainField(ground_params(scene.planet[pf.Terrain], scene.planet.radius_m, True))
+    assert field.from_water_m(reeds.up).max() < 8.0 + 1e-3
+    # All others stay: only within that distance some are reeds now.
+    plain = around(scene, view, (), 250.0)
+    kinds = {tuple(name): kind for name, kind in zip(found.names.tolist(), found.species, strict=True)}
+    away_m = field.from_water_m(plain.up)
+    assert (away_m < 30.0).sum() > 5
+    for name, kind, away in zip(plain.names.tolist(), plain.species, away_m, strict=True):
+        assert kinds[tuple(name)] == kind or (away < 8.0 and of_own(kinds[tuple(name)]) == 0)
 
 
 @pytest.mark.parametrize("form", ["broadleaf", "conifer", "flat", "palm", "column", "shrub", "rosette"])

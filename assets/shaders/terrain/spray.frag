@@ -25,7 +25,7 @@ const float PUFF = 0.45, FINER = 3.1;          // as systems/terrain/spray.py ha
 
 // Odd rational approximation of erf, to 5e-4 (Abramowitz and Stegun 1964, 7.1.27).
 float erf_of(float x) {
-    float a = abs(x), d = 1.0 + a * (0.278393 + a * (0.230389 + a * (0.000972 + a * 0.078108)));
+    float a = min(abs(x), 8.0), d = 1.0 + a * (0.278393 + a * (0.230389 + a * (0.000972 + a * 0.078108)));
     d *= d;
     return sign(x) * (1.0 - 1.0 / (d * d));
 }
@@ -36,9 +36,11 @@ float puff(vec3 cells, vec2 risen) {
     return gradient_noise_value(ivec3(floor(cells)) - ivec3(0, 0, int(risen.x)), fract(cells));
 }
 
-// How much more or less there is at a place, m from the foot: two octaves that rise.
-float puffs(vec3 place, float width_m) {
-    return clamp(1.0 + 1.5 * puff(place / width_m, v_risen.xy) + 0.9 * puff(place * (FINER / width_m), v_risen.zw),
+// How much more or less there is at a place, m from the foot: two octaves that rise, the finer one as far as a pixel
+// shows it.
+float puffs(vec3 place, float width_m, float pixel_m) {
+    float fine = 0.9 * clamp(2.0 - 4.0 * pixel_m * FINER / width_m, 0.0, 1.0);
+    return clamp(1.0 + 1.5 * puff(place / width_m, v_risen.xy) + fine * puff(place * (FINER / width_m), v_risen.zw),
         0.0, 2.0);
 }
 
@@ -56,7 +58,9 @@ void main() {
         vec3 deviation;
         spray_cloud(s, k, middle, deviation);
         vec3 from = (eye - middle.xyz) / deviation, along = going / deviation;
-        float a = dot(along, along), b = dot(from, along) / a, c = max(dot(from, from) - a * b * b, 0.0);
+        float a = dot(along, along), b = dot(from, along) / a;
+        vec3 beside = from - b * along;   // its square as a difference of two would be rounded away from afar
+        float c = dot(beside, beside);
         float root = sqrt(0.5 * a), ends = exp(-0.5 * SPRAY_DEVIATIONS * SPRAY_DEVIATIONS);
         float found = middle.w * max(exp(-0.5 * c) - ends, 0.0) * (0.8862269 / root)
             * (erf_of((end + b) * root) - erf_of(b * root));
@@ -64,7 +68,7 @@ void main() {
         mean_m += found * clamp(-b, 0.0, end);
     }
     mean_m /= max(optical, 1e-20);
-    optical *= puffs(eye + going * mean_m, PUFF * s.height);
+    optical *= puffs(eye + going * mean_m, PUFF * s.height, mean_m * frame.pixel_rad);
     float nu = dot(ray, frame.sun_direction), g = FORWARD, opacity = 1.0 - exp(-optical);
     float once = (1.0 - g * g) / (4.0 * PI * pow(1.0 + g * g - 2.0 * g * nu, 1.5));
     vec3 off = (acos(clamp(-nu, -1.0, 1.0)) - u_bow_rad) / BOW_RAD;

@@ -40,8 +40,8 @@ class Falls:
 
 
 class FallList:
-    """All falls of a planet, as straight lines: where the warp draws them is asked for those that are near. Earth has
-    8900."""
+    """All falls of a planet, as straight lines; where the warp draws one is found when it is first near. The preset
+    earth has 8900."""
 
     def __init__(self, table: RiverTable) -> None:
         self._table = table
@@ -56,6 +56,8 @@ class FallList:
         self._lip, self._foot = upper[steep], below[steep]
         self._foot_m = table.place[self._foot] * step_m
         self._height_m = drop_m[wet][steep].astype(np.float64)
+        # Of those that were near: unit directions of their feet, and which way they go. NaN: not asked yet.
+        self._up, self._way = (np.full((len(self._foot), 3), np.nan) for _ in range(2))
         self._moved_m = float(table.bend_m.sum()) * np.sqrt(3.0)
 
     def __len__(self) -> int:
@@ -70,17 +72,22 @@ class FallList:
         away_m = np.linalg.norm(self._foot_m * size[:, None] - place_m, axis=1) - within_m - self._moved_m
         liquid = np.abs(self._foot_m[:, 2]) < frozen_sine * table.radius_m
         near = np.flatnonzero((self._height_m > least_rad * away_m) & liquid)
-        lip, foot = self._drawn(self._lip[near]), self._drawn(self._foot[near])
-        up = foot / table.radius_m
+        self._find(near[np.isnan(self._up[near, 0])])
+        half_width_m = values[self._foot[near], 1].astype(np.float64)
+        foot_m = self._up[near] * (table.radius_m + level_m[near])[:, None]
+        return Falls(foot_m, self._way[near], self._height_m[near], half_width_m, near)
+
+    def _find(self, missing: NDArray[np.integer]) -> None:
+        """Where these falls are drawn."""
+        lip, foot = self._drawn(self._lip[missing]), self._drawn(self._foot[missing])
+        up = foot / self._table.radius_m
         way = foot - lip
         way -= up * (way * up).sum(axis=1)[:, None]
         length_m = np.linalg.norm(way, axis=1)[:, None]
         # One that the warp makes vertical goes somewhere all the same.
         aside = np.cross(up, np.where(np.abs(up[:, 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]))
         way = np.where(length_m > 1e-3, way, aside)
-        way /= np.linalg.norm(way, axis=1)[:, None]
-        half_width_m = values[self._foot[near], 1].astype(np.float64)
-        return Falls(foot * size[near, None], way, self._height_m[near], half_width_m, near)
+        self._up[missing], self._way[missing] = up, way / np.linalg.norm(way, axis=1)[:, None]
 
     def _drawn(self, nodes: NDArray[np.integer]) -> Floats:
         """(N, 3) planet-centred, on the reference sphere."""

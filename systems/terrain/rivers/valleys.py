@@ -26,7 +26,7 @@ from .form import (
 from .pairs import Pairs, bank_gradient, bent_by_place, chosen, river_pairs
 from .table import BESIDE_M, RiverTable
 
-__all__ = ["Valleys", "Waters", "beside_water", "shown_slopes", "valleys", "waters"]
+__all__ = ["Valleys", "Waters", "beside_water", "from_water_m", "shown_slopes", "valleys", "waters"]
 
 Floats = NDArray[np.float64]
 Slopes = Literal["none", "open", "all"]
@@ -152,6 +152,18 @@ def beside_water(table: RiverTable, points: Floats) -> Floats:
         wets = (half > 0.0) & ~((lake > 0.5) & table.given)
         near = np.where(wets, np.clip(1.0 - (pairs.d - half) / wide, 0.0, 1.0), 0.0)
         found[pairs.near] = np.maximum.reduceat(near, pairs.first)
+    return found
+
+
+def from_water_m(table: RiverTable, points: Floats) -> Floats:
+    """(N,) how far from the edge of the nearest river or lake they are, m, as lines are measured; negative in it,
+    infinite beyond its valley. Lakes of a map count for nothing, since their lines reach over dry ground."""
+    found = np.full(points.shape[1], np.inf)
+    pairs = river_pairs(table, points, more_m=BESIDE_M * table.given)
+    if pairs is not None:
+        half, lake = pairs.bank, pairs.value[5]
+        wets = (half > 0.0) & ~((lake > 0.5) & table.given)
+        found[pairs.near] = np.minimum.reduceat(np.where(wets, pairs.d - half, np.inf), pairs.first)
     return found
 
 

@@ -50,7 +50,7 @@ vec4 mirrored_ground(vec3 from, vec3 direction, float share, vec3 white) {
     bool ground = surface == SURFACE_TERRAIN || surface == SURFACE_COVER, falls = false;
 #ifdef OCEAN_LAND_WATER
     float code = surface == SURFACE_SEA ? texelFetch(u_attributes, texel, 0).z : 0.0;
-    falls = land_water_at(code) && land_water_decode(code).x > LAND_WATER_FALLS;
+    falls = land_water_at(code) && land_water_decode(code).x > LAND_WATER_FALLS + 0.5 / 14.0;
     float height_m, there = max(texel_at(u_depth, texel).r, 1e-30);
     vec3 place = foot_offset_of(position_from_depth(ndc_of_pixel(vec2(texel) + 0.5), there), height_m);
     white *= falling_white(place, forward_distance(there) * frame.pixel_rad, falls);
