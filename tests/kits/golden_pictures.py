@@ -21,6 +21,7 @@ import planetfall as pf
 from planetfall.benchmarks.knobs import FEW_CELLS, HAZE, KNOB_SIZE, QUALITY_VIEW, SHADE_PAIRS, Pair, changed
 from planetfall.benchmarks.scenes import preset_scene
 from planetfall.components.clouds import KIND_LAYERS
+from planetfall.systems.terrain.rivers.source import source
 
 FOLDER = Path(__file__).resolve().parents[1] / "golden"
 VIEW_SIZE = (320, 180)
@@ -361,6 +362,14 @@ def plain(view: str, planet: str, size: tuple[int, int] = KNOB_SIZE, clouds: boo
     return Picture(f"plain/{planet}-{view}", planet, view, size, clouds=clouds)
 
 
+def _solve(scene: pf.Scene) -> None:
+    """Waits for rivers, or cameras would stand on the ground of the picture before."""
+    scene.height_field()
+    while source.pending():
+        source.progress(10.0)
+    scene.height_field()
+
+
 class Studio:
     """Takes pictures, with one renderer for each planet, size and set of overrides; a few are kept.
 
@@ -385,8 +394,10 @@ class Studio:
         if unchanged and key in self._plain:
             return self._plain[key]
         scene, renderer = self._renderer(picture)
+        _solve(scene)
         view = pf.view(picture.view, scene.planet)
         with changed(scene, picture.changes):
+            _solve(scene)
             shot: Any = view
             sun = _sun_of(view, scene, picture.sun_higher_deg)
             if picture.free:
@@ -402,8 +413,10 @@ class Studio:
     def output(self, picture: Picture, name: str) -> NDArray[Any]:
         """Another output of the same frame, such as "radiance"."""
         scene, renderer = self._renderer(picture)
+        _solve(scene)
         view = pf.view(picture.view, scene.planet)
         with changed(scene, picture.changes):
+            _solve(scene)
             renderer.settle(view)
             return renderer.render(view, outputs=(name,))[name]
 
