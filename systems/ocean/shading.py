@@ -285,7 +285,6 @@ class SeaShading:
             reads=("gbuffer.depth", "gbuffer.surface", *contract_reads(self._world)),
             writes=("scene.radiance",),
             stage="underwater",
-            after_optional=("terrain.spray",),
             creates=(BufferSpec(_LENS, 48, "persistent", help="light in the water around the lens"),),
             when=lambda: own.near_water,
             only_while=seen,

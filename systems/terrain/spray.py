@@ -138,7 +138,7 @@ class Spray:
             bind=lambda io: self._bind(io, view),
             reads=("gbuffer.depth", *contract_reads(self._world)),
             writes=("scene.radiance",),
-            stage="underwater",
+            stage="detail",
             when=lambda: view.state(self, lambda: _SprayView(self._gpu)).count > 0,
             only_while=seen,
             help="spray of waterfalls",
