@@ -17,6 +17,7 @@ from ...engine.graph import GraphBuilder, PassIO
 from ...engine.wavelengths import Nanometres
 from ...engine.world import World
 from .rivers.fall_list import FallList, Falls
+from .rivers.falls import HIGHEST_M
 from .rivers.table import RiverTable
 
 __all__ = ["Spray", "bow_angles", "spray_rows"]
@@ -37,7 +38,7 @@ _RISE_M_S, _PUFF, _FINER = 1.6, 0.45, 3.1
 _CELLS = 2.0**20
 """So many cells of noise come by before the first does again: weeks for a high fall, days for a low one."""
 _ROW = 17
-"""Numbers of a fall: SPRAY_ROW of terrain/spray.glsl."""
+"""Numbers of a fall."""
 _LIGHT_BYTES = 80
 """Of its SprayLight."""
 
@@ -109,10 +110,14 @@ class Spray:
         self._over = gpu.state(blend="premultiplied", write_depth=False)
         self._falls: tuple[RiverTable, FallList] | None = None
 
-    def update(self, frame: Frame, table: RiverTable | None, strength: float, frozen_sine: float) -> None:
-        """frozen_sine: of the latitude from which on water is ice, above 1: nowhere."""
+    def update(
+        self, frame: Frame, table: RiverTable | None, strength: float, above_m: float, frozen_sine: float
+    ) -> None:
+        """Whatever the camera looks at, the pass may draw it. above_m: of the camera over the highest ground.
+        frozen_sine: of the latitude from which on water is ice, above 1: nowhere."""
         own: _SprayView = frame.view.state(self, lambda: _SprayView(self._gpu))
-        if table is None or strength <= 0.0:
+        least_rad = _SHOWN_PX * frame.pixel_rad
+        if table is None or strength <= 0.0 or least_rad * above_m > HIGHEST_M:
             own.count = 0
             return
         if self._falls is None or self._falls[0] is not table:
@@ -122,7 +127,7 @@ class Spray:
         moved_m = math.inf if own.looked_m is None else float(np.linalg.norm(camera_m - own.looked_m))
         if own.near is None or own.key != key or moved_m > _LOOK_AGAIN_M:
             own.looked_m, own.key = camera_m.copy(), key
-            own.near = falls.around(camera_m, _LOOK_AGAIN_M, _SHOWN_PX * frame.pixel_rad, frozen_sine)
+            own.near = falls.around(camera_m, _LOOK_AGAIN_M, least_rad, frozen_sine)
         rows = spray_rows(own.near, camera_m, frame.pixel_rad, strength, frame.time_s)
         own.count = len(rows)
         if own.count:
@@ -146,8 +151,12 @@ class Spray:
 
     def _bind(self, io: PassIO, view: View) -> Callable[[], None]:
         if self._programs is None:
-            drawn = self._gpu.program(vertex="terrain/spray.vert", fragment="terrain/spray.frag")
-            self._programs = self._gpu.compute("terrain/spray_light.comp"), drawn
+            drawn = self._gpu.program(
+                vertex="terrain/spray.vert",
+                fragment="terrain/spray.frag",
+                defines={"PUFF": str(_PUFF), "FINER": str(_FINER)},
+            )
+            self._programs = self._gpu.compute("terrain/spray_light.comp", {"SPRAY_ROW": _ROW}), drawn
         light, program = self._programs
         own: _SprayView = view.state(self, lambda: _SprayView(self._gpu))
         if own.array is None:

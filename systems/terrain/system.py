@@ -254,6 +254,10 @@ class TerrainSystem(System):
         if frame.checkerboard is not None and self._shading.shade_every() == 2:
             frame.checkered.add("terrain")
         self._stream(frame)
+        altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
+        if self._shading.shows_rivers():
+            above_m, frozen = altitude_m - self._ground.field.highest_m, self._frozen_sine(frame)
+            self._spray.update(frame, self._ground.params.waters, self._component.spray, above_m, frozen)
         # A grid that the proxy wants is made unseen: turning to the ground then costs nothing.
         unseen = self._unseen.rests(frame) and view.updated == proxy.generation
         if unseen and self.backend.rests(frame):
@@ -263,15 +267,12 @@ class TerrainSystem(System):
         ahead = frame.view.snap
         if ahead.phase and ahead.proxy is not None:
             self._prepare_octaves(view, ahead, ahead.proxy)
-        altitude_m = float(np.linalg.norm(camera.position_m)) - self._ground.params.radius_m
         pixel = frame.pixel_rad
         narrowest_m = (altitude_m - self._ground.field.highest_m) * pixel
         sea = next((ocean.sea_level_m for _, (ocean,) in frame.world.query(Ocean)), 0.0)
         view.wide = (altitude_m - sea) * pixel > _WIDE_PIXEL_M
         view.far = narrowest_m > _FAR_PIXEL_M
         view.farther = view.wide and narrowest_m > _FARTHER * float(self._ground.field.model.wavelength_m[0])
-        if self._shading.shows_rivers():
-            self._spray.update(frame, self._ground.params.waters, self._component.spray, self._frozen_sine(frame))
         backend = self.backend
         backend.ground = self._ground
         backend.update(frame)

@@ -72,3 +72,21 @@ def test_falling_water_is_white() -> None:
     assert bright[0] > 190.0 and bright[1] < 130.0
     # White: as much blue as red.
     assert abs(np.median(light[steep][:, 0]) - np.median(light[steep][:, 2])) < 20.0
+
+
+@pytest.mark.gpu
+def test_still_water_mirrors_falling_water() -> None:
+    """In the middle of the mirrored fall: whiter and brighter than the sky that is mirrored without it."""
+    light = {}
+    for turns in (0, 24):
+        with (
+            pf.load_scene("earth") as scene,
+            pf.Renderer(scene, (320, 180), "medium", overrides={"ocean.reflections": turns}) as renderer,
+        ):
+            scene.planet[pf.Terrain].spray = 0.0
+            camera = pf.view("waterfall", "earth")
+            renderer.settle(camera)
+            light[turns] = renderer.render(camera, outputs=("color",))["color"][128:146, 130:200].astype(float)
+    with_falls, sky_alone = (np.median(light[turns], axis=(0, 1)) for turns in (24, 0))
+    assert with_falls[0] > sky_alone[0] + 15.0
+    assert abs(with_falls[0] - with_falls[2]) < abs(sky_alone[0] - sky_alone[2])

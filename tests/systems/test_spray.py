@@ -96,6 +96,48 @@ def test_spray_is_of_falls_that_a_picture_shows() -> None:
 
 
 @pytest.mark.gpu
+def test_depth_along_rays_is_that_of_many_samples(run_compute) -> None:
+    """The closed form against quadrature in float64, from inside the spray to 20 km away, up to any end."""
+    half_m, density, n = 15.0, 0.05, 300  # of a fall 40 m high
+    rng = np.random.default_rng(4)
+    away_m = 10.0 ** rng.uniform(0.0, np.log10(2e4), n)
+    going = rng.normal(size=(n, 3))
+    going /= np.linalg.norm(going, axis=1)[:, None]
+    # Past a place in the spray, of which each is so far away.
+    eye = rng.normal(size=(n, 3)) * (20.0, 20.0, 15.0) + (10.0, 0.0, 10.0) - going * away_m[:, None]
+    end = away_m + rng.uniform(-60.0, 200.0, n)
+    end = np.maximum(end, 1.0)
+    found = run_compute(
+        "Spray s = Spray(vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), 40.0, 15.0, 0.05, 0.0); float mean;"
+        " depth = spray_depth(s, eye, going, end, mean);",
+        {"eye": eye.astype(np.float32), "going": going.astype(np.float32), "end": end.astype(np.float32)},
+        {"depth": "float"},
+        header='#include "terrain/spray.glsl"',
+    )["depth"]
+    # From where spray begins to the end, and 3 deviations around, beyond which nothing is counted.
+    t = np.linspace(0.0, 1.0, 8001)[:, None]
+    begin = np.maximum(away_m - 300.0, 0.0)
+    last = np.clip(end, begin, away_m + 300.0)
+    at = eye + (begin + t * (last - begin))[..., None] * going
+    clouds = (
+        ((16.0, 0.0, 4.8), (20.0, 0.6 * half_m + 10.0, 13.6), density),
+        ((3.2, 0.0, 16.0), (8.0, 0.6 * half_m, 16.0), 0.22 * density),
+    )
+    true = np.zeros(n)
+    for middle, deviation, most in clouds:
+        x = (at - middle) / deviation
+        along = going / deviation
+        start = (eye - middle) / deviation
+        beside = start - along * ((start * along).sum(axis=1) / (along * along).sum(axis=1))[:, None]
+        nearest = np.exp(-0.5 * (beside * beside).sum(axis=1))
+        seen = np.maximum(nearest - np.exp(-4.5), 0.0) / nearest  # fades out at 3 deviations
+        true += seen * most * np.trapezoid(np.exp(-0.5 * (x * x).sum(axis=2)), t, axis=0) * (last - begin)
+    assert true.max() > 1.5 and (true > 0.1).sum() > 100
+    # erf to 5e-4 at either end, of at most 2.5 for each cloud; and float32 at 20 km.
+    assert np.abs(found - true).max() < 5e-3
+
+
+@pytest.mark.gpu
 def test_spray_hangs_about_the_foot_and_nowhere_else() -> None:
     pictures, ran = {}, {}
     with pf.load_scene("earth") as scene, pf.Renderer(scene, (320, 180), "medium") as renderer:

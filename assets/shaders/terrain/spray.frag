@@ -1,6 +1,8 @@
 // Spray of waterfalls before what is drawn: droplets in two Gaussian clouds, whose optical depth along a ray is known
 // in closed form. Where it is thin each droplet scatters the sun once, forward for the most part, and in a bow; where
 // it is dense it is as white as foam.
+//
+//   PUFF, FINER   size of puffs, in heights of the fall, and how many times finer the second octave is
 #include "common/camera.glsl"
 #include "common/constants.glsl"
 #include "common/noise.glsl"
@@ -21,14 +23,6 @@ layout(location = 0) out vec4 o_light;   // premultiplied
 
 const float FORWARD = 0.75;                  // asymmetry of droplets
 const float BOW_RAD = 0.011, BOW = 0.055;    // the bow's deviation, with the sun's disc in it, and its phase function
-const float PUFF = 0.45, FINER = 3.1;          // as systems/terrain/spray.py has them
-
-// Odd rational approximation of erf, to 5e-4 (Abramowitz and Stegun 1964, 7.1.27).
-float erf_of(float x) {
-    float a = min(abs(x), 8.0), d = 1.0 + a * (0.278393 + a * (0.230389 + a * (0.000972 + a * 0.078108)));
-    d *= d;
-    return sign(x) * (1.0 - 1.0 / (d * d));
-}
 
 // One octave around a place in cells, which has risen by whole cells and a part of one.
 float puff(vec3 cells, vec2 risen) {
@@ -52,22 +46,7 @@ void main() {
     float end = depth > 0.0 ? forward_distance(depth) * per_forward : 1e9;
     mat3 turn = transpose(mat3(s.way, cross(s.up, s.way), s.up));
     vec3 eye = turn * -s.foot, going = turn * ray;
-    float optical = 0.0, mean_m = 0.0;
-    for (int k = 0; k < SPRAY_CLOUDS; ++k) {
-        vec4 middle;
-        vec3 deviation;
-        spray_cloud(s, k, middle, deviation);
-        vec3 from = (eye - middle.xyz) / deviation, along = going / deviation;
-        float a = dot(along, along), b = dot(from, along) / a;
-        vec3 beside = from - b * along;   // its square as a difference of two would be rounded away from afar
-        float c = dot(beside, beside);
-        float root = sqrt(0.5 * a), ends = exp(-0.5 * SPRAY_DEVIATIONS * SPRAY_DEVIATIONS);
-        float found = middle.w * max(exp(-0.5 * c) - ends, 0.0) * (0.8862269 / root)
-            * (erf_of((end + b) * root) - erf_of(b * root));
-        optical += found;
-        mean_m += found * clamp(-b, 0.0, end);
-    }
-    mean_m /= max(optical, 1e-20);
+    float mean_m, optical = spray_depth(s, eye, going, end, mean_m);
     optical *= puffs(eye + going * mean_m, PUFF * s.height, mean_m * frame.pixel_rad);
     float nu = dot(ray, frame.sun_direction), g = FORWARD, opacity = 1.0 - exp(-optical);
     float once = (1.0 - g * g) / (4.0 * PI * pow(1.0 + g * g - 2.0 * g * nu, 1.5));

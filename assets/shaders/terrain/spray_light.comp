@@ -1,4 +1,5 @@
 // The light on each fall's spray, and the air before it: both change little from pixel to pixel.
+// SPRAY_ROW: numbers of a fall, as terrain/spray.vert has them.
 #include "common/camera.glsl"
 #include "common/constants.glsl"
 #include "contract/air.glsl"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bends import unbent
-from .falls import STEEPNESS
+from .falls import LEAST_M, STEEPNESS
 from .table import CELL_STEPS, RiverTable
 
 __all__ = ["FallList", "Falls"]
@@ -45,17 +45,17 @@ class FallList:
 
     def __init__(self, table: RiverTable) -> None:
         self._table = table
-        upper = np.flatnonzero(table.to >= 0)
-        below = table.to[upper]
-        values, step_m = table.values, table.cell_m / CELL_STEPS
-        drop_m = values[upper, 0] - values[below, 0]
-        wet = (drop_m > 0.0) & (values[upper, 1] > 0.0) & (values[upper, 5] + values[below, 5] == 0.0)
-        upper, below = upper[wet], below[wet]
-        length_m = step_m * np.linalg.norm((table.place[below] - table.place[upper]).astype(np.float64), axis=1)
-        steep = drop_m[wet] > _STEEP * length_m
+        level, half_width, lake = table.values[:, 0], table.values[:, 1], table.values[:, 5]
+        to, step_m = np.maximum(table.to, 0), table.cell_m / CELL_STEPS
+        drop_m = level - level[to]
+        upper = np.flatnonzero((drop_m > LEAST_M) & (half_width > 0.0) & (table.to >= 0))
+        upper = upper[lake[upper] + lake[to[upper]] == 0.0]
+        below = to[upper]
+        x, y, z = step_m * (table.place[below] - table.place[upper]).T.astype(np.float64)
+        steep = drop_m[upper] ** 2 > _STEEP**2 * (x * x + y * y + z * z)
         self._lip, self._foot = upper[steep], below[steep]
         self._foot_m = table.place[self._foot] * step_m
-        self._height_m = drop_m[wet][steep].astype(np.float64)
+        self._height_m = drop_m[self._lip].astype(np.float64)
         # Of those that were near: unit directions of their feet, and which way they go. NaN: not asked yet.
         self._up, self._way = (np.full((len(self._foot), 3), np.nan) for _ in range(2))
         self._moved_m = float(table.bend_m.sum()) * np.sqrt(3.0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ....engine.surface.noise import pcg3d
 from .node_arrays import RiverNodes
 
-__all__ = ["STEEPNESS", "with_falls"]
+__all__ = ["HIGHEST_M", "LEAST_M", "STEEPNESS", "with_falls"]
 
 Floats = NDArray[np.float64]
 
@@ -22,13 +22,15 @@ STEEPNESS = 2.0
 """Of falls: height by length."""
 _LEAST_DROP_M, _LEAST_SLOPE = 60.0, 0.008
 """Of lines that may have a fall: how far they come down, and how steeply."""
-_SHARE, _HIGHEST_M = 0.45, 70.0
+_SHARE, HIGHEST_M = 0.45, 70.0
 """Of that a fall is so much at most, and no higher."""
 _LOWEST = 0.4
 """And at least so much of these."""
 _ONE_OF = 2
 """Of so many of those one has a fall."""
 _LEAST_M3_S = 2.0
+LEAST_M = 0.99 * _LOWEST * _SHARE * _LEAST_DROP_M
+"""No fall is lower."""
 
 
 def with_falls(nodes: RiverNodes, radius_m: float, strength: float = 1.0) -> RiverNodes:
@@ -50,7 +52,7 @@ def with_falls(nodes: RiverNodes, radius_m: float, strength: float = 1.0) -> Riv
     line, below = line[chosen], below[chosen]
     length_m, drop_m = length_m[chosen], drop_m[chosen]
     uneven = (word[2][chosen] >> np.uint32(8)).astype(np.float64) * 2.0**-24
-    fall_m = np.minimum(_SHARE * drop_m, _HIGHEST_M) * (_LOWEST + (1.0 - _LOWEST) * uneven)
+    fall_m = np.minimum(_SHARE * drop_m, HIGHEST_M) * (_LOWEST + (1.0 - _LOWEST) * uneven)
     # In the middle half.
     lip = 0.25 + (word[1][chosen] >> np.uint32(8)).astype(np.float64) * 2.0**-25
     foot = lip + fall_m / (STEEPNESS * length_m)

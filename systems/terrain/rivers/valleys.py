@@ -147,24 +147,26 @@ def beside_water(table: RiverTable, points: Floats) -> Floats:
     found = np.zeros(points.shape[1])
     pairs = river_pairs(table, points, more_m=BESIDE_M * table.given)
     if pairs is not None:
-        half, reach, lake = pairs.bank, pairs.value[4], pairs.value[5]
-        wide = BESIDE_M if table.given else np.minimum(BESIDE_M, np.maximum(reach - half, 1e-3))
-        wets = (half > 0.0) & ~((lake > 0.5) & table.given)
-        near = np.where(wets, np.clip(1.0 - (pairs.d - half) / wide, 0.0, 1.0), 0.0)
+        wide = BESIDE_M if table.given else np.minimum(BESIDE_M, np.maximum(pairs.value[4] - pairs.bank, 1e-3))
+        near = np.clip(1.0 - _from_edges(table, pairs) / wide, 0.0, 1.0)
         found[pairs.near] = np.maximum.reduceat(near, pairs.first)
     return found
 
 
 def from_water_m(table: RiverTable, points: Floats) -> Floats:
     """(N,) how far from the edge of the nearest river or lake they are, m, as lines are measured; negative in it,
-    infinite beyond its valley. Lakes of a map count for nothing, since their lines reach over dry ground."""
+    infinite beyond its valley. Lakes of a map count for nothing, as in `beside_water`."""
     found = np.full(points.shape[1], np.inf)
     pairs = river_pairs(table, points, more_m=BESIDE_M * table.given)
     if pairs is not None:
-        half, lake = pairs.bank, pairs.value[5]
-        wets = (half > 0.0) & ~((lake > 0.5) & table.given)
-        found[pairs.near] = np.minimum.reduceat(np.where(wets, pairs.d - half, np.inf), pairs.first)
+        found[pairs.near] = np.minimum.reduceat(_from_edges(table, pairs), pairs.first)
     return found
+
+
+def _from_edges(table: RiverTable, pairs: Pairs) -> Floats:
+    """(P,) metres from the water of each pair's line, infinite without any."""
+    wets = (pairs.bank > 0.0) & ~((pairs.value[5] > 0.5) & table.given)
+    return np.where(wets, pairs.d - pairs.bank, np.inf)
 
 
 def waters(table: RiverTable, points: Floats) -> Waters:

@@ -37,8 +37,7 @@ float land_water_seen(int octave, float footprint_m) {
     return clamp(2.0 - footprint_m * 4.0 / (NESTED_BASE_M * exp2(float(octave))), 0.0, 1.0);
 }
 
-// Share of white in falling water: shreds of all sizes, as far as a pixel shows them. asked: whether it
-// falls here.
+// Share of white in falling water: shreds of all sizes, as far as a pixel shows them. asked: whether it falls here.
 float falling_white(vec3 D, float footprint_m, bool asked) {
     float shreds = 0.0;
     int k = 7, end = asked ? 3 : 7;
