@@ -50,7 +50,7 @@ _SHAPE = (
     *(f.name for f in fields(TerrainParams) if f.name in {g.name for g in fields(Terrain)}),
     *("height_map_range_m", "height_map_most_mb", "color_map", "color_map_most_mb", "color_map_unlit", "vector_map"),
     *("backend", "method"),  # of which some read tiles of elevation as they are needed
-    *("rivers", "drainage_cells"),
+    *("rivers", "banks", "drainage_cells"),
 )
 _WAIT_S = 2.0
 _CLIMATE = ("snow_line_m", "snow_line_pole_m", "humidity")

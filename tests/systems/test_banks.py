@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from river_kit import with_rivers
 
+import planetfall as pf
 from planetfall.systems.terrain.height import TerrainParams, height, height_and_gradient
 from planetfall.systems.terrain.rivers.banks import bank_bits
 from planetfall.systems.terrain.rivers.form import BANK_FAR, BANK_NARROWEST
@@ -126,3 +127,18 @@ def test_wavelengths_are_the_same_on_planets_of_all_sizes(radius_m: float) -> No
     assert all(0 <= b <= 30 for b in bits) and len(set(bits)) == 3
     if radius_m >= 1e3:
         assert [step_m * 2.0**b for b in bits] == [256.0, 64.0, 16.0]
+
+
+@pytest.mark.gpu
+def test_the_drawn_ground_follows_the_knob_to_and_fro() -> None:
+    """Also where both tables are known already, so that nothing is solved."""
+    with pf.load_scene("earth") as scene, pf.Renderer(scene, (64, 36), "low") as renderer:
+        there = renderer.camera_state(pf.view("river", scene.planet))  # on the same place of either ground
+        camera = pf.Camera(position_m=there.position_m + 5.0 * there.up, forward=there.forward, up=there.up)
+        found = []
+        for banks in (1.0, 0.0, 1.0, 0.0):
+            scene.planet[pf.Terrain].banks = banks
+            renderer.settle(camera)
+            found.append(renderer.render(camera, outputs=("distance",))["distance"])
+        assert (np.abs(found[1] / found[0] - 1.0) > 0.01).mean() > 0.02
+        assert np.array_equal(found[0], found[2]) and np.array_equal(found[1], found[3])
