@@ -113,7 +113,7 @@ class Terrain:
         3.0,
         "",
         "How much spray hangs about waterfalls; 0: none",
-        cost="5 ms at 640 x 360 on two cores before a fall that fills the picture, nothing elsewhere",
+        cost="6 ms at 640 x 360 on two cores before a fall that fills the picture, nothing elsewhere",
         group="rivers",
     )
     drainage_cells: int = knob(

@@ -44,7 +44,7 @@ def _passes(session: Session) -> None:
     """Milliseconds by pass, each waited for: the parts add up to more than the whole."""
     for quality in ("medium",) if session.small else QUALITIES:
         with session.renderer("earth", SIZE, quality) as renderer:
-            for name in TABLE_VIEWS:
+            for name in (*TABLE_VIEWS, "waterfall"):
                 for pass_name, timing in frames.time_passes(renderer, view(name), session.runs(9, 4)).items():
                     session.row(f"{quality}: {pass_name}", name, SIZE, timing)
 

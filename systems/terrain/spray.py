@@ -160,8 +160,9 @@ class Spray:
         light, program = self._programs
         own: _SprayView = view.state(self, lambda: _SprayView(self._gpu))
         if own.array is None:
-            names = ("in_foot", "in_up", "in_way", "in_seed", "in_risen")
-            own.array = own.gpu.vertex_array(program, [(own.rows, "4f 4f 4f 1f 4f /i", *names)])
+            falls = (own.rows, "4f 4f 4f 1f 4f /i", "in_foot", "in_up", "in_way", "in_seed", "in_risen")
+            names = ("in_beam", "in_diffuse", "in_dense", "in_loss", "in_air")
+            own.array = own.gpu.vertex_array(program, [falls, (own.lights, "4f 4f 4f 4f 4f /i", *names)])
         array = own.array
         target, depth = io.framebuffer(colors=("scene.radiance",)), io.texture("gbuffer.depth")
         bind_air = bind_contracts(self._world, io)

@@ -9,7 +9,6 @@
 #include "generated/bindings.glsl"
 #include "terrain/spray.glsl"
 
-layout(std430, binding = SPRAY_LIGHT_BUFFER) readonly buffer LightBuffer { SprayLight lights[]; };
 layout(binding = DEPTH_UNIT) uniform sampler2D u_depth;
 uniform vec3 u_bow_rad;   // the primary bow's angle from the shadow of the eye, in each wavelength
 
@@ -18,7 +17,7 @@ flat in vec4 v_up;
 flat in vec4 v_way;
 flat in float v_seed;
 flat in vec4 v_risen;
-flat in int v_number;
+flat in vec4 v_beam, v_diffuse, v_dense, v_loss, v_air;   // SprayLight
 layout(location = 0) out vec4 o_light;   // premultiplied
 
 const float FORWARD = 0.75;                  // asymmetry of droplets
@@ -51,9 +50,8 @@ void main() {
     float nu = dot(ray, frame.sun_direction), g = FORWARD, opacity = 1.0 - exp(-optical);
     float once = (1.0 - g * g) / (4.0 * PI * pow(1.0 + g * g - 2.0 * g * nu, 1.5));
     vec3 off = (acos(clamp(-nu, -1.0, 1.0)) - u_bow_rad) / BOW_RAD;
-    SprayLight lit = lights[v_number];
-    vec3 thin = lit.diffuse.rgb + lit.beam.rgb * (once + BOW * exp(-0.5 * off * off));
-    vec3 left = exp(-lit.loss.rgb * mean_m);
-    vec3 light = mix(thin, max(thin, lit.dense.rgb), opacity) * left + lit.air.rgb * (1.0 - left);
+    vec3 thin = v_diffuse.rgb + v_beam.rgb * (once + BOW * exp(-0.5 * off * off));
+    vec3 left = exp(-v_loss.rgb * mean_m);
+    vec3 light = mix(thin, max(thin, v_dense.rgb), opacity) * left + v_air.rgb * (1.0 - left);
     o_light = vec4(light * opacity * frame.hdr_per_radiance, opacity);
 }

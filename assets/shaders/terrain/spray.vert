@@ -7,13 +7,14 @@ in vec4 in_up;     // xyz, height
 in vec4 in_way;    // xyz, half width
 in float in_seed;
 in vec4 in_risen;  // whole cells of both octaves of puffs, and the rest
+in vec4 in_beam, in_diffuse, in_dense, in_loss, in_air;   // terrain/spray_light.comp
 
 flat out vec4 v_foot;
 flat out vec4 v_up;
 flat out vec4 v_way;
 flat out float v_seed;
 flat out vec4 v_risen;
-flat out int v_number;
+flat out vec4 v_beam, v_diffuse, v_dense, v_loss, v_air;
 
 // Around all of it, low (xy) and high (zw); of the whole picture if some is beside the camera or behind.
 vec4 spray_bounds(Spray s) {
@@ -43,7 +44,11 @@ void main() {
     v_way = in_way;
     v_seed = in_seed;
     v_risen = in_risen;
-    v_number = gl_InstanceID;
+    v_beam = in_beam;
+    v_diffuse = in_diffuse;
+    v_dense = in_dense;
+    v_loss = in_loss;
+    v_air = in_air;
     Spray s = Spray(in_foot.xyz, in_up.xyz, in_way.xyz, in_up.w, in_way.w, in_foot.w, in_seed);
     vec4 bounds = clamp(spray_bounds(s), -2.0, 2.0);
     gl_Position = vec4(mix(bounds.xy, bounds.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1)), 0.5, 1.0);
