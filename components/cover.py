@@ -67,6 +67,14 @@ class CoverSpecies:
         "Distance from rivers and lakes, along bends roughly, within which it grows, and in shallows; 0: anywhere",
         group="climate",
     )
+    shore_m: float = knob(
+        0.0,
+        0.0,
+        10.0,
+        "m",
+        "Depth of the sea down to which it stands, on flat shores alone, as mangroves do; 0: on land",
+        group="climate",
+    )
 
     @property
     def low(self) -> bool:

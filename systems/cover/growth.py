@@ -88,6 +88,11 @@ class Growing:
     riparian: float = 0.0
     """how much wetter banks of rivers and lakes are"""
 
+    @property
+    def sea_m(self) -> float:
+        """Level of the sea; far below all ground where there is none."""
+        return self.lowest_m - self.beach_m
+
     @classmethod
     def of(cls, terrain: Terrain, sea_level_m: float | None, savanna: float = 0.0, riparian: float = 0.0) -> Growing:
         """sea_level_m: None where there is no sea. savanna, riparian: as Cover has them."""

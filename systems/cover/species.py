@@ -91,10 +91,25 @@ class OwnSpecies:
         """Whether some grow along water alone."""
         return bool(self.aside_m.any())
 
+    @cached_property
+    def shore_m(self) -> Floats:
+        """(S,) how deep in the sea they stand at most; 0: on land."""
+        return np.array([each.shore_m for each in self.kinds])
+
+    @property
+    def on_shores(self) -> bool:
+        """Whether some grow in the sea's shallows."""
+        return bool(self.shore_m.any())
+
     def reaches(self, from_water_m: Floats) -> NDArray[np.bool_]:
         """(S, N) which stand so far from water (N,)."""
         aside_m = self.aside_m[:, None]
         return (aside_m == 0.0) | (from_water_m < aside_m)
+
+    def in_sea(self, above_sea_m: Floats, highest_m: float) -> NDArray[np.bool_]:
+        """(S, N) which stand in the sea so far above its level (N,). highest_m: up to which those may."""
+        shore_m = self.shore_m[:, None]
+        return (shore_m > 0.0) & (above_sea_m > -shore_m) & (above_sea_m < highest_m)
 
     def shares(self, climate: Climate) -> Floats:
         """(S, *shape of the climate) of the places that have one of each, as far from water as they may stand."""

@@ -43,6 +43,12 @@ _COAST_M, _PALM_WARM = (25.0, 6.0), (0.62, 0.75)
 """Height above the beach between which palms begin, downwards; and warmth."""
 _ON_BEACH, _UP_BEACH = 0.3, 0.7
 """Share of palms that may stand on the beach, and of its height in which they do."""
+_SHORE_UP = 0.05
+"""Share of the beach's height up to which those stand that grow in the sea."""
+_SHORE_FLAT = (0.10, 0.03)
+"""Slopes between which they begin to stand; mud lies where shores are flat."""
+_SHORE_NEAR_M = 8.0
+"""Height above and below which no place between corners of squares is on the shore."""
 _GROUP_M = (180.0, 45.0)
 """Sizes of woods and clearings, and of groups in them."""
 _SEEDS = (11, 12)
@@ -169,7 +175,6 @@ def plants_in(
     flat = density * ramp(steepest, 0.7 * steepest, slope)
     share = woods * flat * _groups(face, i + u, j + v, edge, woods)
     first = share
-    others = chance[2] < first
     # A planet's own stand in place of others, and where none stand; so no other comes or moves.
     kinds = np.stack([coarse.at(each, which, u, v) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
     scale = 2.0 ** (FULL_BITS - level)
@@ -179,6 +184,17 @@ def plants_in(
         away_m = np.full(len(u), np.inf)
         away_m[some] = ground.from_water_m(there)
         kinds *= own.reaches(away_m)
+    if own.on_shores:
+        above_m = coarse.at(coarse.height_m, which, u, v) - growing.sea_m
+        some = np.flatnonzero(kinds.any(axis=0) & (np.abs(above_m) < _SHORE_NEAR_M))
+        there = direction_of(face[some], (i + u)[some] * scale, (j + v)[some] * scale).reshape(-1, 3)
+        above_m = np.full(len(u), np.inf)
+        above_m[some] = ground.height(there) - growing.sea_m
+        in_sea = own.in_sea(above_m, _SHORE_UP * growing.beach_m)
+        kinds *= np.where(own.shore_m[:, None] > 0.0, in_sea * ramp(*_SHORE_FLAT, slope), 1.0)
+        first = np.where(in_sea.any(axis=0), 0.0, share)  # so low none of the others stand
+        share = first
+    others = chance[2] < first
     of_own = np.minimum(kinds.sum(axis=0) * flat, 1.0)
     share = share + of_own * np.maximum(1.0 - share, 0.0) if len(own) else share
     on = np.flatnonzero(chance[2] < share)
@@ -197,6 +213,7 @@ def plants_in(
         species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
         tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
     wet = ground.is_wet(direction, height - _BANK_M)
+    on_shore = np.zeros(len(height), dtype=bool)
     if len(own):
         sums = np.cumsum(kinds[:, on], axis=0)
         drawn = np.modf(chance[5] * 61.0)[0] * sums[-1] / np.where(others[on], np.maximum(of_own[on], 1e-12), 1.0)
@@ -204,6 +221,8 @@ def plants_in(
         rows = np.flatnonzero(kind < len(own))
         along = rows[own.aside_m[kind[rows]] > 0.0]
         wet[along] = ground.is_wet(direction[along], height[along] + _SHALLOW_M)
+        shore = rows[own.shore_m[kind[rows]] > 0.0]
+        wet[shore], on_shore[shore] = False, True
         species[rows] = own.codes[kind[rows]]
         tall[rows], radius[rows] = own.sizes(kind[rows], chance[4, rows])
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
@@ -211,7 +230,8 @@ def plants_in(
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
     # On the beach a few palms.
     lowest = np.where((species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH), _UP_BEACH, 0.0)
-    dry = (height > growing.lowest_m - lowest * growing.beach_m) & ~wet
+    lowest = np.where(on_shore, np.inf, lowest * growing.beach_m)
+    dry = (height > growing.lowest_m - lowest) & ~wet
     dry &= ground.wooded(direction)
     if cover.mask is not None and len(direction):
         left, before = mask_share(cover.mask, direction), np.where(others, 0.0, first)[on]
@@ -259,6 +279,7 @@ class _Coarse:
     slope: Floats
     own: Floats
     """(species, plots, ...) the same as `share` of a planet's own"""
+    height_m: Floats
     near_water: Floats
     """1 where water is so near that some of a planet's own may stand along it, else 0"""
 
@@ -286,6 +307,7 @@ class _Coarse:
             share.reshape(shape),
             np.hypot(*rise),
             (growing.plants * own.shares(climate)).reshape(len(own), *shape),
+            height.reshape(shape),
             near_water.reshape(shape),
         )
 
