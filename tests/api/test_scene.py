@@ -50,6 +50,7 @@ VIEWS = [
     "river",
     "lake",
     "lakeside",
+    "mangroves",
     "delta",
     "canyon",
     "ranges",

@@ -93,6 +93,7 @@ CLOUD_VIEWS = ("clouds", "fair", "overcast", "cloud_sea", "shafts", "cloud_shado
 """Those that are named after clouds; all others are taken without."""
 COVER_VIEWS = (
     "lakeside", "forest", "meadow", "savanna", "desert", "palms", "treeline", "canopy", "grove", "woodland",
+    "mangroves",
 )  # fmt: skip
 SMALL_VIEWS = ("waterfall", "canyon")
 """Those that show enough at half the size."""
@@ -296,6 +297,8 @@ COVER_PICTURES: tuple[Picture, ...] = (
     Picture("cover/savanna_without", "woods", "savanna", KNOB_SIZE, {"cover.savanna": 0.0}),
     Picture("cover/palms", "woods", "palms", KNOB_SIZE),
     Picture("cover/palms_without", "woods", "palms", KNOB_SIZE, {"cover.palms": 0.0}),
+    Picture("cover/mangroves", "woods", "mangroves", GRASS_SIZE),
+    Picture("cover/mangroves_without", "woods", "mangroves", GRASS_SIZE, {"cover.species": ()}),
     Picture("cover/lakeside", "woods", "lakeside", KNOB_SIZE),
     Picture("cover/lakeside_sky_only", "woods", "lakeside", KNOB_SIZE, overrides={"ocean.reflections": 0}),
     Picture("cover/branch", "woods", "ground", GRASS_SIZE),

@@ -75,6 +75,31 @@ def test_reeds_stand_along_water_and_in_its_shallows_alone(scene, view):
         assert kinds[tuple(name)] == kind or (away < 8.0 and of_own(kinds[tuple(name)]) == 0)
 
 
+MANGROVE = pf.CoverSpecies(name="mangrove", share=1.0, height_m=8.0, driest=0.5, coldest=0.7, shore_m=1.2)
+
+
+def test_mangroves_stand_in_the_seas_shallows_alone(scene):
+    found = around(scene, "mangroves", (MANGROVE, REED), 250.0)
+    mangroves = found.only(of_own(found.species) == 0)
+    assert len(mangroves) > 100
+    above_m = pf.TerrainSampler(scene).height(mangroves.up) - scene.planet[pf.Ocean].sea_level_m
+    assert above_m.min() > -1.2 and above_m.max() < 0.05 * scene.planet[pf.Terrain].beach_height_m + 1e-6
+    assert (above_m < -0.5).any()
+    # All others stay.
+    plain = around(scene, "mangroves", (REED,), 250.0)
+    others = found.only(of_own(found.species) != 0)
+    assert len(plain) > 0 and np.array_equal(plain.names, others.names)
+
+
+def test_without_a_sea_nothing_stands_in_it():
+    with pf.load_scene("earth") as scene:
+        eye = pf.view("mangroves", scene.planet).camera.resolve(scene).position_m
+        scene.planet[pf.Cover].species = (MANGROVE,)
+        assert (of_own(pf.CoverSampler(scene).within(eye, 250.0).species) == 0).any()
+        scene.planet.remove(pf.Ocean)
+        assert not (of_own(pf.CoverSampler(scene).within(eye, 250.0).species) == 0).any()
+
+
 @pytest.mark.parametrize("form", ["broadleaf", "conifer", "flat", "palm", "column", "shrub", "rosette"])
 def test_others_neither_move_nor_lose_their_names(scene, form):
     """Some become one of the planet's own, in places that all had before; new ones stand between."""

@@ -7,9 +7,10 @@
 
 const float CROWN_SPAN = 0.5;               // of a crown's radius that a pixel spans where they begin to fade
 const vec2 CROWN_LOW = vec2(0.45, 1.40);    // of the sun that a crown gets low among others, and at the top
-const vec2 CROWN_OPEN = vec2(0.5, 1.2);     // and of the sky
+const vec2 CROWN_OPEN = vec2(0.12, 1.42);    // and of the sky
 const float CROWN_LIT = 0.2;                // light on the side of a crown that the sun doesn't see
-const float CROWN_CLUMPS = 0.35;            // how much light its bulges have more than its folds
+const float CROWN_CLUMPS = 0.45;            // how much light its bulges have more than its folds
+const vec2 CROWN_SKY = vec2(0.45, 0.60);    // of the sky: on its sides, and more where it faces up
 // Fitted, so that a forest is as light as its own colour (planetfall bench cover.far): the mean of all this, for how
 // high the eye is, and the cosine of its angle with the sun.
 const vec3 CROWN_MEAN = vec3(0.78, 0.13, 0.30);
@@ -167,10 +168,14 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
         float weight = seeing ? found.left * cover : 0.0;
         found.left -= weight;
         found.met += weight;
-        float clump = clumps * clutter_wave(dot(normal, vec3(1.9, -1.3, 2.1)) + 3.0 * hue_met);
+        // Products of waves along three ways: lumps, where one wave would be stripes.
+        vec3 lumps = vec3(clutter_wave(dot(normal, vec3(1.3, -0.9, 0.7)) + 3.0 * hue_met),
+            clutter_wave(dot(normal, vec3(-0.6, 1.2, 1.1)) + 5.0 * hue_met),
+            clutter_wave(dot(normal, vec3(0.9, 0.8, -1.3)) + 7.0 * hue_met));
+        float clump = clumps * dot(lumps, lumps.yzx);
         found.light += weight * mix(max(dot(normal, sun), 0.0), 1.0, CROWN_LIT) / mean_lit
             * mix(CROWN_LOW.x, CROWN_LOW.y, low) * (1.0 + clump);
-        found.sky += weight * mix(CROWN_OPEN.x, CROWN_OPEN.y, low) * (0.8 + 0.25 * dot(normal, up));
+        found.sky += weight * mix(CROWN_OPEN.x, CROWN_OPEN.y, low) * dot(CROWN_SKY, vec2(1.0, max(dot(normal, up), 0.0))) * (1.0 + clump);
         found.up += weight * max(dot(normal, up), 0.0);
         found.tint += weight * (2.0 * hue_met - 1.0);
         found.sun *= seeing ? 1.0 : 1.0 - cover * (found.left < 0.05 ? CROWN_DARK.y : CROWN_DARK.x);
