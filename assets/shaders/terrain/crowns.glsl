@@ -175,7 +175,8 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
         float clump = clumps * dot(lumps, lumps.yzx);
         found.light += weight * mix(max(dot(normal, sun), 0.0), 1.0, CROWN_LIT) / mean_lit
             * mix(CROWN_LOW.x, CROWN_LOW.y, low) * (1.0 + clump);
-        found.sky += weight * mix(CROWN_OPEN.x, CROWN_OPEN.y, low) * dot(CROWN_SKY, vec2(1.0, max(dot(normal, up), 0.0))) * (1.0 + clump);
+        found.sky += weight * mix(CROWN_OPEN.x, CROWN_OPEN.y, low)
+            * dot(CROWN_SKY, vec2(1.0, max(dot(normal, up), 0.0))) * (1.0 + clump);
         found.up += weight * max(dot(normal, up), 0.0);
         found.tint += weight * (2.0 * hue_met - 1.0);
         found.sun *= seeing ? 1.0 : 1.0 - cover * (found.left < 0.05 ? CROWN_DARK.y : CROWN_DARK.x);
