@@ -42,6 +42,7 @@ WOODS = {
             "desert",
             "palms",
             "lakeside",
+            "mangroves",
         )
     },
     "hills": "near",
