@@ -229,9 +229,9 @@ def plants_in(
     names = np.stack([face, np.full_like(face, level), i, j, number + layer.first], axis=1)
     found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
     # On the beach a few palms.
-    lowest = np.where((species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH), _UP_BEACH, 0.0)
-    lowest = np.where(on_shore, np.inf, lowest * growing.beach_m)
-    dry = (height > growing.lowest_m - lowest) & ~wet
+    palms = (species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH)
+    dry = (height > growing.lowest_m - np.where(palms, _UP_BEACH, 0.0) * growing.beach_m) | on_shore
+    dry &= ~wet
     dry &= ground.wooded(direction)
     if cover.mask is not None and len(direction):
         left, before = mask_share(cover.mask, direction), np.where(others, 0.0, first)[on]

@@ -7,7 +7,7 @@
 
 const float CROWN_SPAN = 0.5;               // of a crown's radius that a pixel spans where they begin to fade
 const vec2 CROWN_LOW = vec2(0.45, 1.40);    // of the sun that a crown gets low among others, and at the top
-const vec2 CROWN_OPEN = vec2(0.12, 1.42);    // and of the sky
+const vec2 CROWN_OPEN = vec2(0.12, 1.42);   // and of the sky
 const float CROWN_LIT = 0.2;                // light on the side of a crown that the sun doesn't see
 const float CROWN_CLUMPS = 0.45;            // how much light its bulges have more than its folds
 const vec2 CROWN_SKY = vec2(0.45, 0.60);    // of the sky: on its sides, and more where it faces up
