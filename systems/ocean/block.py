@@ -27,6 +27,10 @@ _LEAST_LOSS_PER_M = 1e-6
 _LONGEST_RIPPLE_M, _FINEST_RIPPLE_M = 2.0, 0.01
 _DRIFTS_M_S = ((0.55, 0.2), (0.4, -0.3))
 """Of ripples, along the wind and aside: waves of 20 cm run at 0.56 m/s."""
+_WHITECAP_LENGTH = 2.5
+"""Of a whitecap, along its crest, by its width."""
+_WHITECAP_SPEED = 0.75
+"""By the wind's: crests run about as fast as the wind, and leave their foam behind."""
 
 
 @dataclass
@@ -37,6 +41,15 @@ class Crests:
     deviation: Annotated[float, "standard deviation of the squeeze; 0: nothing breaks"]
     slope_variance: Annotated[float, "of the waves"]
     variance_beyond: Annotated[float, "of slopes shorter than those"]
+
+
+@dataclass
+class Whitecaps:
+    """The noise that they are taken from: drawn out along crests, and drifting."""
+
+    heading: Annotated[Vec3, "unit, downwind, planet axes"]
+    per_length: Annotated[float, "their width by their length along the crest"]
+    anchor: NestedAnchor
 
 
 @dataclass
@@ -60,6 +73,7 @@ class OceanBlock:
     diffuse_mirrored: Annotated[float, "share of diffuse light"]
     caustics: Annotated[float, "their strength"]
     crests: Crests
+    whitecaps: Whitecaps
     lens: Annotated[LensPlane, "the surface at the camera"]
     ripple_octave: Annotated[int, "the longest below the shortest wave"]
     ripple_share: Annotated[float, "of the slopes' variance in each octave"]
@@ -94,6 +108,7 @@ def ocean_block(
         diffuse_mirrored=diffuse_mirrored(index),
         caustics=ocean.caustics,
         crests=breaking(ocean, waves),
+        whitecaps=Whitecaps((1.0, 0.0, 0.0), 1.0 / _WHITECAP_LENGTH, place),
         lens=LensPlane((0.0, 0.0, 1.0), FAR_M),
         ripple_octave=octave,
         ripple_share=share,
@@ -135,15 +150,25 @@ def drifted(
 ) -> list[NestedAnchor]:
     """The block's two lattices that drift. wind: unit heading (3,), the same all over the planet: elsewhere the noise
     goes through the surface at a slant, and changes as it passes."""
-    found: list[NestedAnchor] = []
     axis = np.array([wind[1], wind[2], wind[0]])
-    for along, across in _DRIFTS_M_S:
-        moved = anchor * radius_m - (along * wind + across * axis) * time_s
-        distance = length(moved)
-        place = nested_anchor(moved / distance, distance)
-        place.cell = tuple(int((v + 2**31) % 2**32 - 2**31) for v in place.cell)
-        found.append(place)
-    return found
+    return [_anchor_at(anchor * radius_m - (along * wind + across * axis) * time_s) for along, across in _DRIFTS_M_S]
+
+
+def whitecap_anchor(
+    anchor: NDArray[np.float64], radius_m: float, wind: NDArray[np.float64], speed_m_s: float, time_s: float
+) -> NestedAnchor:
+    """Whitecaps.anchor under a wind of this unit heading (3,) and speed."""
+    moved = anchor * radius_m - (_WHITECAP_SPEED * speed_m_s * time_s) * wind
+    along = (moved @ wind) * wind
+    return _anchor_at(along + (moved - along) / _WHITECAP_LENGTH)
+
+
+def _anchor_at(place_m: NDArray[np.float64]) -> NestedAnchor:
+    """Of noise at a place (3,), however far it has drifted: cells are numbered modulo 2^32."""
+    distance = max(length(place_m), 1e-9)
+    place = nested_anchor(place_m / distance, distance)
+    place.cell = tuple(int((v + 2**31) % 2**32 - 2**31) for v in place.cell)
+    return place
 
 
 def diffuse_mirrored(index: float) -> float:

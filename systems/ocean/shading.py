@@ -36,7 +36,7 @@ from ...engine.system import Setup
 from ...engine.warm_up import WarmUp
 from ...engine.wavelengths import wavelengths_of
 from ...engine.waves import WaveSet
-from .block import OceanBlock, drifted, ocean_block
+from .block import OceanBlock, drifted, ocean_block, whitecap_anchor
 from .labels import SeaLabels
 from .lens import LENS_REACH_M, lens_plane, wet_rows
 from .wave_passes import highest_likely_m
@@ -83,6 +83,7 @@ class _SeaView(ViewParts):
         self.ubo = self.gpu.uniform_block(OceanBlock, OCEAN_BLOCK)
         self.block: OceanBlock
         self.wind: NDArray[np.float64]
+        self.wind_m_s: float
         self.made_for: _MadeFor | None = None
         self.near_water = False
         """Whether the water may reach its lens; wet_rows: of the picture, with water before them."""
@@ -195,7 +196,10 @@ class SeaShading:
             ocean = blown(with_overrides(ocean, "ocean", frame.settings), wind)
             own.block = ocean_block(ocean, waves, proxy.lattice.direction, radius, wavelengths_of(frame.settings))
             own.wind = heading_pitch_axes(direction(*ocean.wind_at), ocean.wind_direction_deg, 0.0)[0]
+            own.wind_m_s = ocean.wind_speed_m_s
+            own.block.whitecaps.heading = tuple(own.wind)
         held = own.block
+        held.whitecaps.anchor = whitecap_anchor(proxy.lattice.direction, radius, own.wind, own.wind_m_s, frame.time_s)
         held.drifting = drifted(proxy.lattice.direction, radius, own.wind, frame.time_s)
         held.lens = lens_plane(
             waves,

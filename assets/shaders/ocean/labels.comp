@@ -15,7 +15,8 @@ void main() {
     SeaPixel p = pixel_at(pixel);
     vec3 bed = sea_bed(p.D, p.depth_m, p.footprint_m);
     uint number = MATERIAL_WATER;
-    float foam = max(crest_foam(p.fold, v_hidden), shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
+    float foam = whitecaps(p.D, p.footprint_m, crest_foam(p.fold, v_hidden));
+    foam = max(foam, shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
 #ifdef OCEAN_LAND_WATER
     bed *= g_land_water ? STONES : vec3(1.0);
     foam = g_land_water ? land_water_foam(p.D, p.footprint_m) : foam;

@@ -143,7 +143,7 @@ vec3 sea_radiance(SeaPixel p) {
     radiance = mix(radiance, crust, glow.a) + glow.rgb;
 #endif
 
-    float foam = crest_foam(p.fold, v_hidden);
+    float foam = whitecaps(p.D, p.footprint_m, crest_foam(p.fold, v_hidden));
 #ifdef OCEAN_RICH
     foam = max(foam, shore_at(p.D, -p.depth_m, p.footprint_m * 0.1, p.footprint_m).foam);
 #endif

@@ -5,6 +5,9 @@
 
 // From half a metre on a pixel shows no pattern (systems/ocean/shading.py).
 const float FOAM_COARSE_M = 1.0, FOAM_FINE_M = 0.125;
+// Width of whitecaps, m, and the octave of that wavelength.
+const float WHITECAP_M = 4.0;
+const int WHITECAP_OCTAVE = 6;
 
 // Share of the water that breaking crests cover: where the surface is squeezed (1 - Jacobian) beyond a limit that
 // leaves as much of it as Monahan and O'Muircheartaigh (1980) saw under that wind. What a pixel does not show of the
@@ -19,6 +22,36 @@ float crest_foam(float fold, float rough) {
     float left = over + 0.8 * deviation / max(soft, 1e-6) * (1.0 - hidden);
     return deviation > 0.0 ? max(slopes_below(clamp(over, -6.0, 6.0)),
         0.3 * (1.0 - hidden) * slopes_below(clamp(left, -6.0, 6.0))) : 0.0;
+}
+
+// Noise of variance 1 that is drawn out along crests. ragged: 0..1, of its third octave.
+float whitecap_noise(vec3 D, float ragged) {
+    vec3 along = ocean.whitecaps.heading * dot(D, ocean.whitecaps.heading);
+    vec3 place = along + (D - along) * ocean.whitecaps.per_length;
+    float value = 0.0, share = 1.22;
+    int i = 0, turns = ragged > 0.0 ? 3 : 2;
+    do {
+        ivec3 cell;
+        vec3 fraction;
+        float frequency;
+        nested_place(ocean.whitecaps.anchor.cell, ocean.whitecaps.anchor.fraction, place, WHITECAP_OCTAVE - i, cell, fraction,
+            frequency);
+        value += share * gradient_noise_value(cell, fraction) / NESTED_RMS;
+        share = i == 0 ? 0.72 : 0.45 * ragged;
+    } while (++i < turns);
+    return value;
+}
+
+// A sea breaks here and there along its crests, in patches some metres wide, and wholly there: noise gathers the share
+// that crests alone would spread thinly over all of them. Its mean stays, and is what is left in larger pixels.
+float whitecaps(vec3 D, float footprint_m, float share) {
+    float size = footprint_m / WHITECAP_M, seen = clamp(1.5 - size, 0.0, 1.0);
+    if (share < 5e-4 || share > 0.5 || seen <= 0.0) return share;
+    // The share's quantile, of four million values: within 0.1 from 5e-4 to 0.1.
+    float limit = sqrt(-2.0 * log(share)) - 0.76;
+    float soft = 0.2 + 0.4 * min(size, 1.0);
+    float value = whitecap_noise(D, clamp(3.0 - 20.0 * size, 0.0, 1.0));
+    return mix(share, smoothstep(limit - soft, limit + soft, value), seen);
 }
 
 // 0..1 in the pattern of foam that covers a share of the water, 1 where it lies: threads around bubbles and patches.
