@@ -140,7 +140,14 @@ MATERIALS: tuple[Material, ...] = (
     Material("bedrock", "rock between the strata", "rock", albedo="rock_albedo"),
     Material("strata", "layers of another colour", "rock",
         "clamp(0.4 + 1.6 * layered + 0.15 * patches, 0.0, 1.0)", "strata_albedo"),
-    # As a share of the pixel where it is narrower than that.
+    # Both as a share of the pixel where they are narrower than that.
+    Material("shingle", "stones that waves have bared along the sea, where there is no sand", "bare", """
+        float high_m = 1.5 * (1.0 + 0.5 * clamp(mixed, -1.5, 1.5));
+        float rise = max(slope, 0.02) * footprint_m;
+        float bared = high_m / (high_m + 0.5 * rise) * clamp(3.0 - 3.0 * (above_sea_m - 0.5 * rise) / (high_m + rise), 0.0, 1.0);
+        return bared * ramp(2500.0, 250.0, footprint_m);
+        """, {"rock_albedo": 0.7, "dry_albedo": 0.3},
+        "albedo * (0.75 + 0.2 * grain + 0.3 * stones)", roughness=1.5, stones=1.0, plants=0.0),
     Material("beach", "sand along the sea", "bare", """
         float beach_m = beach_height_m * (1.0 + 0.4 * clamp(mixed, -2.0, 2.0));
         float rise = max(slope, 0.02) * footprint_m;

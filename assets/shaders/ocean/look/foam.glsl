@@ -45,13 +45,14 @@ float whitecap_noise(vec3 D, float ragged) {
 // A sea breaks here and there along its crests, in patches some metres wide, and wholly there: noise gathers the share
 // that crests alone would spread thinly over all of them. Its mean stays, and is what is left in larger pixels.
 float whitecaps(vec3 D, float footprint_m, float share) {
-    float size = footprint_m / WHITECAP_M, seen = clamp(1.5 - size, 0.0, 1.0);
+    // Near the camera the waves themselves show where they break, and foam_pattern its threads.
+    float size = footprint_m / WHITECAP_M, seen = clamp(1.5 - size, 0.0, 1.0) * clamp(10.0 * size - 0.4, 0.0, 1.0);
     if (share < 5e-4 || share > 0.5 || seen <= 0.0) return share;
     // The share's quantile, of four million values: within 0.1 from 5e-4 to 0.1.
     float limit = sqrt(-2.0 * log(share)) - 0.76;
-    float soft = 0.2 + 0.4 * min(size, 1.0);
-    float value = whitecap_noise(D, clamp(3.0 - 20.0 * size, 0.0, 1.0));
-    return mix(share, smoothstep(limit - soft, limit + soft, value), seen);
+    float soft = 0.6;   // thin at their edges: there foam_pattern shows threads
+    float value = whitecap_noise(D, clamp(3.0 - 10.0 * size, 0.0, 1.0));
+    return mix(share, 0.9 * smoothstep(limit - soft, limit + soft, value), seen);
 }
 
 // 0..1 in the pattern of foam that covers a share of the water, 1 where it lies: threads around bubbles and patches.
