@@ -144,7 +144,8 @@ MATERIALS: tuple[Material, ...] = (
     Material("shingle", "stones that waves have bared along the sea, where there is no sand", "bare", """
         float high_m = 1.5 * (1.0 + 0.5 * clamp(mixed, -1.5, 1.5));
         float rise = max(slope, 0.02) * footprint_m;
-        float bared = high_m / (high_m + 0.5 * rise) * clamp(3.0 - 3.0 * (above_sea_m - 0.5 * rise) / (high_m + rise), 0.0, 1.0);
+        float bared = high_m / (high_m + 0.5 * rise)
+            * clamp(3.0 - 3.0 * (above_sea_m - 0.5 * rise) / (high_m + rise), 0.0, 1.0);
         return bared * ramp(2500.0, 250.0, footprint_m);
         """, {"rock_albedo": 0.7, "dry_albedo": 0.3},
         "albedo * (0.75 + 0.2 * grain + 0.3 * stones)", roughness=1.5, stones=1.0, plants=0.0),
