@@ -203,6 +203,7 @@ PAIRS: dict[str, Pair] = {
     "cover.height_m": Pair("woods", "canopy", 30.0),
     "cover.steepest_deg": Pair("woods", "canopy", 2.0),
     "cover.savanna": Pair("woods", "savanna", 0.0),
+    "cover.variety": Pair("woods", "canopy", 0.0),
     "cover.riparian": Pair("woods", "river", 0.0, off=1.0),
     "cover.palms": Pair("woods", "palms", 0.0),
     "cover.dead": Pair("woods", "forest", 0.5),

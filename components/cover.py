@@ -102,6 +102,10 @@ class Cover:
     savanna: float = knob(
         0.12, 0.0, 1.0, "", "Share of the places that have a tree where it is warm and too dry for a forest; 0: none"
     )
+    variety: float = knob(
+        1.0, 0.0, 1.0, "", "How much trees of a forest differ in size and in their greens, one by one and in stands of "
+        "some 100 m, with glades between; 0: not in stands, and few in size",
+    )  # fmt: skip
     riparian: float = knob(
         0.8,
         0.0,

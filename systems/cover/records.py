@@ -67,6 +67,7 @@ class CoverTree:
     tint: Annotated[float, "0..1"]
     window: Annotated[Vec4, "of a tree that a quad facing the eye may not hold: of the picture, x and y from and to"]
     stem: Annotated[Vec4, "the same of what is below its crown"]
+    hue: Annotated[float, "-1..1: of dark, bluish and of light, yellowish leaves"]
     snow: Annotated[float, "0..1: share of what faces up that it lies on"]
 
 
@@ -87,7 +88,7 @@ def tree_records(plants: Plants, middle_m: Floats, grown: Floats | float = 1.0) 
     shape[forms == Species.SHRUB] -= int(Species.SHRUB)
     out["foot_m"], out["height_m"], out["radius_m"] = foot, height, plants.radii_m * grown
     out["species"], out["turn"] = shape, plants.chance[:, 0]
-    out["tint"] = plants.chance[:, 1]
+    out["tint"], out["hue"] = plants.chance[:, 1], plants.hues
     return out
 
 

@@ -51,6 +51,7 @@ class CoverMapBlock:
     grass_tall: Annotated[float, "height of grass over what it is by default"]
     flowers: Annotated[float, "share of cells with grass that have one"]
     savanna: Annotated[float, "share of places that have a tree where it is warm and dry"]
+    variety: Annotated[float, "how much stands and trees differ, 0..1"]
     snow: Annotated[Vec4, "its albedo; share of what falls on trees that they carry"]
     winter: Annotated[Vec2, "0..1, of the northern and the southern half"]
     gusting: Annotated[float, "share by which one gust's crest strengthens the wind"]
@@ -73,6 +74,7 @@ class Forest(NamedTuple):
     grass_tall: float = 1.0
     flowers: float = 0.0
     savanna: float = 0.0
+    variety: float = 0.0
     snow: Floats = np.zeros(4)
     winter: Floats = np.zeros(2)
 
@@ -154,6 +156,7 @@ class ShadowMap:
                 grass_tall=forest.grass_tall,
                 flowers=forest.flowers,
                 savanna=forest.savanna,
+                variety=forest.variety,
                 snow=forest.snow,
                 winter=forest.winter,
                 gusting=sway.gusting,

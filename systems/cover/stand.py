@@ -7,7 +7,7 @@ there, in groups and with clearings.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -21,6 +21,7 @@ from ...engine.surface.lattice import FULL_BITS, cell_edge_m, direction_of
 from .chance import draws, patches
 from .growth import Climate, Growing, GrowingGround, ramp, savanna
 from .species import OwnSpecies, Species, forms_of
+from .stands import STAND_CONIFERS, STAND_SIZES, glade, stands
 
 __all__ = ["LAYERS", "NOTHING", "SHRUBS", "TREES", "Layer", "Plants", "Plot", "Species", "plants_in", "plot_level"]
 
@@ -52,6 +53,14 @@ _SHORE_NEAR_M = 8.0
 _GROUP_M = (180.0, 45.0)
 """Sizes of woods and clearings, and of groups in them."""
 _SEEDS = (11, 12)
+_HIGH, _BROAD = (0.50, 0.52, 0.24), (0.50, 0.84, 0.50)
+"""Heights of a forest's trees and widths of their crowns, over a grown one's: of small ones, what they grow by, and
+what few giants have more; as assets/shaders/terrain/crowns.glsl has them."""
+_HIGHEST = 1.26
+_SPECIES_HUE = 0.5
+"""How far few trees of a stand differ from it; as in assets/shaders/cover/hue.glsl."""
+_GIANT, _OVERSHADOWED = 0.87, 0.45
+"""Chance from which on a tree is one, and up to which none grows beside it."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +109,9 @@ class Plants:
     chance: Floats
     """(N, 3) of [0, 1): how it is turned, its tint, and how near it has to be to be drawn"""
 
+    hues: Floats
+    """(N,) -1..1: of dark, bluish and of light, yellowish leaves"""
+
     def __len__(self) -> int:
         return len(self.heights_m)
 
@@ -140,7 +152,13 @@ class Plants:
 
 
 NOTHING = Plants(
-    np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0, np.int64), np.zeros((0, 5), np.int64), np.zeros((0, 3))
+    np.zeros((0, 3)),
+    np.zeros(0),
+    np.zeros(0),
+    np.zeros(0, np.int64),
+    np.zeros((0, 5), np.int64),
+    np.zeros((0, 3)),
+    np.zeros(0),
 )
 
 
@@ -170,22 +188,24 @@ def plants_in(
     number, a, b = (np.tile(c, len(woody)) for c in (np.arange(len(a)), a, b))
     chance = draws(seed + layer.salt, face, i * count + a, j * count + b, 7)
     u, v = (a + 0.1 + 0.8 * chance[0]) / count, (b + 0.1 + 0.8 * chance[1]) / count
-    woods, slope = coarse.at(coarse.share, which, u, v), coarse.at(coarse.slope, which, u, v)
+    at = coarse.between(which, u, v)
+    woods, slope = at(coarse.share), at(coarse.slope)
     steepest = np.tan(np.deg2rad(cover.steepest_deg))
     flat = density * ramp(steepest, 0.7 * steepest, slope)
     share = woods * flat * _groups(face, i + u, j + v, edge, woods)
+    share *= 1.0 - cover.variety * glade(at(coarse.stands[2])) * (layer is TREES)
     first = share
     # A planet's own stand in place of others, and where none stand; so no other comes or moves.
-    kinds = np.stack([coarse.at(each, which, u, v) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
+    kinds = np.stack([at(each) for each in coarse.own]) if len(own) else np.zeros((0, len(u)))
     scale = 2.0 ** (FULL_BITS - level)
     if own.along_water:
-        some = np.flatnonzero(kinds.any(axis=0) & (coarse.at(coarse.near_water, which, u, v) > 0.0))
+        some = np.flatnonzero(kinds.any(axis=0) & (at(coarse.near_water) > 0.0))
         there = direction_of(face[some], (i + u)[some] * scale, (j + v)[some] * scale).reshape(-1, 3)
         away_m = np.full(len(u), np.inf)
         away_m[some] = ground.from_water_m(there)
         kinds *= own.reaches(away_m)
     if own.on_shores:
-        above_m = coarse.at(coarse.height_m, which, u, v) - growing.sea_m
+        above_m = at(coarse.height_m) - growing.sea_m
         some = np.flatnonzero(kinds.any(axis=0) & (np.abs(above_m) < _SHORE_NEAR_M))
         there = direction_of(face[some], (i + u)[some] * scale, (j + v)[some] * scale).reshape(-1, 3)
         above_m = np.full(len(u), np.inf)
@@ -197,21 +217,26 @@ def plants_in(
     others = chance[2] < first
     of_own = np.minimum(kinds.sum(axis=0) * flat, 1.0)
     share = share + of_own * np.maximum(1.0 - share, 0.0) if len(own) else share
-    on = np.flatnonzero(chance[2] < share)
+    stands_there = chance[2] < share
+    if layer is TREES:
+        stands_there &= ~_overshadowed(np.where(stands_there, chance[4], 0.0), count, cover.variety)
+    on = np.flatnonzero(stands_there)
     which, face, i, j, number = (c[on] for c in (which, face, i, j, number))
     u, v, woods = (c[on] for c in (u, v, woods))
     chance = chance[:, on]
     direction = direction_of(face, (i + u) * scale, (j + v) * scale).reshape(-1, 3)
     height = ground.height(direction)
-    warmth = coarse.at(coarse.warmth, which, u, v)
+    at = coarse.between(which, u, v)
+    warmth = at(coarse.warmth)
+    age, hue = (cover.variety * np.clip(at(each), -1.0, 1.0) for each in coarse.stands[:2])
     if layer is SHRUBS:
         species = np.full(len(u), Species.SHRUB, np.int64)
         tall = cover.shrub_height_m * (0.35 + 0.85 * chance[4] ** 2)
         radius = tall * (0.55 + 0.35 * chance[3])
     else:
-        climate = Climate(warmth, coarse.at(coarse.humidity, which, u, v))
-        species = _species(chance[3], chance[5], climate, height - growing.lowest_m, cover)
-        tall, radius = _size(species, chance[4], warmth, woods, cover.height_m)
+        climate = Climate(warmth, at(coarse.humidity))
+        species = _species(chance[3], chance[5], climate, height - growing.lowest_m, hue, cover)
+        tall, radius = _size(species, chance[4], warmth, woods, age, cover)
     wet = ground.is_wet(direction, height - _BANK_M)
     on_shore = np.zeros(len(height), dtype=bool)
     if len(own):
@@ -227,7 +252,8 @@ def plants_in(
         tall[rows], radius[rows] = own.sizes(kind[rows], chance[4, rows])
     place = direction * (ground.radius_m + height - _SUNK_M)[:, None]
     names = np.stack([face, np.full_like(face, level), i, j, number + layer.first], axis=1)
-    found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy())
+    hues = np.clip(hue + _SPECIES_HUE * cover.variety * (2.0 * np.modf(chance[6] * 23.0)[0] - 1.0) ** 3, -1.0, 1.0)
+    found = Plants(place, tall, radius, species, names, chance[[5, 6, 2]].T.copy(), hues)
     # On the beach a few palms.
     palms = (species == Species.PALM) & (np.modf(chance[5] * 53.0)[0] < _ON_BEACH)
     dry = (height > growing.lowest_m - np.where(palms, _UP_BEACH, 0.0) * growing.beach_m) | on_shore
@@ -248,9 +274,19 @@ def _groups(face: Ints, x: Floats, y: Floats, edge_m: float, woods: Floats) -> F
     return ramp(0.2, 0.78, 0.65 * wide + 0.35 * narrow + 0.28 * woods)
 
 
-def _species(chance: Floats, other: Floats, climate: Climate, above_sea_m: Floats, cover: Cover) -> Ints:
-    """Which tree stands at a place. chance, other: of [0, 1)."""
-    conifer = chance < ramp(0.62, 0.34, climate.warmth)
+def _overshadowed(grown: Floats, count: int, variety: float) -> NDArray[np.bool_]:
+    """Which places (N,) have no tree because a giant of the same plot, right beside, takes the light of a small one.
+    grown: (N,) chance of those that stand, 0 elsewhere; count: places along a plot's side."""
+    giant = np.zeros((len(grown) // count**2, count + 2, count + 2), dtype=bool)
+    giant[:, 1:-1, 1:-1] = grown.reshape(-1, count, count) > _GIANT
+    giant = giant[:, :-2] | giant[:, 1:-1] | giant[:, 2:]
+    giant = giant[:, :, :-2] | giant[:, :, 1:-1] | giant[:, :, 2:]
+    return giant.ravel() & (grown < _OVERSHADOWED * variety)
+
+
+def _species(chance: Floats, other: Floats, climate: Climate, above_sea_m: Floats, hue: Floats, cover: Cover) -> Ints:
+    """Which tree stands at a place. chance, other: of [0, 1); hue: of the stand."""
+    conifer = chance < ramp(0.62, 0.34, climate.warmth + STAND_CONIFERS * hue)
     dry = (chance < savanna(climate)) & (cover.savanna > 0.0)
     coast = ramp(*_COAST_M, above_sea_m) * ramp(*_PALM_WARM, climate.warmth)
     found = np.where(conifer, Species.CONIFER, np.where(dry, Species.ACACIA, Species.BROADLEAF))
@@ -258,14 +294,22 @@ def _species(chance: Floats, other: Floats, climate: Climate, above_sea_m: Float
     return np.where(np.modf(other * 17.0)[0] < cover.dead, Species.DEAD, found).astype(np.int64)
 
 
-def _size(species: Ints, chance: Floats, warmth: Floats, woods: Floats, height_m: float) -> tuple[Floats, Floats]:
-    """Heights and radii of crowns: few are grown, none is at the tree line; in the open they grow wider."""
-    conifer = species == Species.CONIFER
-    grown = (0.45 + 0.65 * np.sqrt(chance)) * np.sqrt(ramp(0.10, 0.34, warmth))
-    acacia, palm = species == Species.ACACIA, species == Species.PALM
-    tall = height_m * np.select([conifer, acacia, palm], [1.3, 0.68, 0.75], 1.0) * np.maximum(grown, 0.12)
+def _size(
+    species: Ints, chance: Floats, warmth: Floats, woods: Floats, age: Floats, cover: Cover
+) -> tuple[Floats, Floats]:
+    """Heights and radii of crowns: few are grown, none is at the tree line; in the open they grow wider. age: of the
+    stand, -1..1."""
+    conifer, acacia, palm = (species == one for one in (Species.CONIFER, Species.ACACIA, Species.PALM))
+    equal, giant = 0.45 + 0.65 * np.sqrt(chance), chance**6
+    high, broad = (equal + cover.variety * (a + b * chance + c * giant - equal) for a, b, c in (_HIGH, _BROAD))
+    broad, high = ((1.0 + by * age) * of for by, of in zip(STAND_SIZES, (broad, high), strict=True))
+    grown = np.sqrt(ramp(0.10, 0.34, warmth))
+    most = cover.height_m * np.select([conifer, acacia, palm], [1.3, 0.68, 0.75], 1.0)
+    tall = most * np.maximum(np.minimum(high, _HIGHEST) * grown, 0.12)
     wide = np.select([conifer, acacia, palm], [0.19, 0.50, 0.26], 0.42 - 0.12 * woods)
-    return tall, tall * wide * (0.85 + 0.3 * np.modf(chance * 7.0)[0])
+    wide = wide * (0.85 + 0.3 * np.modf(chance * 7.0)[0])
+    widest = np.select([conifer, acacia, palm], [0.25, 0.58, 0.30], 0.49)
+    return tall, np.minimum(most * np.maximum(broad * grown, 0.12) * wide, widest * tall)
 
 
 @dataclass(frozen=True)
@@ -280,6 +324,8 @@ class _Coarse:
     own: Floats
     """(species, plots, ...) the same as `share` of a planet's own"""
     height_m: Floats
+    stands: Floats
+    """(3, plots, ...) as stands() has them"""
     near_water: Floats
     """1 where water is so near that some of a planet's own may stand along it, else 0"""
 
@@ -308,15 +354,23 @@ class _Coarse:
             np.hypot(*rise),
             (growing.plants * own.shares(climate)).reshape(len(own), *shape),
             height.reshape(shape),
+            stands(direction, ground.radius_m).reshape(3, *shape),
             near_water.reshape(shape),
         )
 
     @staticmethod
-    def at(values: Floats, plot: Ints, u: Floats, v: Floats) -> Floats:
-        """Between the corners of plots; u, v: 0..1 along them."""
+    def between(plot: Ints, u: Floats, v: Floats) -> Callable[[Floats], Floats]:
+        """What takes values at the corners to those at places in plots; u, v: 0..1 along them."""
         x, y = u * _COARSE, v * _COARSE
         i, j = np.minimum(x.astype(np.int64), _COARSE - 1), np.minimum(y.astype(np.int64), _COARSE - 1)
         s, t = x - i, y - j
-        low = values[plot, i, j] + t * (values[plot, i, j + 1] - values[plot, i, j])
-        high = values[plot, i + 1, j] + t * (values[plot, i + 1, j + 1] - values[plot, i + 1, j])
-        return low + s * (high - low)
+        corner = (plot * (_COARSE + 1) + i) * (_COARSE + 1) + j
+
+        def at(values: Floats) -> Floats:
+            flat = values.ravel()
+            near, far = flat[corner], flat[corner + (_COARSE + 1)]
+            low = near + t * (flat[corner + 1] - near)
+            high = far + t * (flat[corner + (_COARSE + 2)] - far)
+            return low + s * (high - low)
+
+        return at

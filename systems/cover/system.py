@@ -252,6 +252,7 @@ class CoverSystem(System):
             tall,
             flowers,
             cover.savanna,
+            cover.variety,
             np.append(self._snow_of(snow_albedo), cover.snow),
             snow.winters(),
         )

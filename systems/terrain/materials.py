@@ -90,6 +90,7 @@ INPUTS: dict[str, str] = {
     "layered": "height in the layers of rock, about -1..1; 0 where pixels span them",
     "fine": "noise of 3 to 20 footprints, variance about 1",
     "broad": "noise of about 40 footprints, variance about 1",
+    "region": "noise of a kilometre, variance about 1",
     "grain": "fine times Terrain.variation, less from far away",
     "patches": "broad times the same",
     "mixed": "0.7 patches and 0.5 grain",

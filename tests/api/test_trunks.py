@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 
 import numpy as np
@@ -47,7 +48,7 @@ def upright(heights_m, species, middle=(0.0, 0.0, EARTH), apart_m=100.0) -> Plan
     places *= (EARTH / np.linalg.norm(places, axis=1))[:, None]
     tall = np.asarray(heights_m, dtype=np.float64)
     names = np.zeros((count, 5), np.int64)
-    return Plants(places, tall, 0.3 * tall, np.asarray(species), names, np.zeros((count, 3)))
+    return Plants(places, tall, 0.3 * tall, np.asarray(species), names, np.zeros((count, 3)), np.zeros(count))
 
 
 def cone_points(trunks: Trunks, k: int, count: int) -> np.ndarray:
@@ -283,7 +284,7 @@ def test_a_walker_goes_around_a_trunk(aside_m):
     up, east, north = np.eye(3)
     foot = up * EARTH + 5.0 * east + aside_m * north
     tree = upright([15.0], [0])
-    trunks = Trunks.of(Plants(foot[None], tree.heights_m, tree.radii_m, tree.species, tree.names, tree.chance))
+    trunks = Trunks.of(dataclasses.replace(tree, positions_m=foot[None]))
     body = WalkFlight(Ground(EARTH), pose.position_m, pose.forward, obstacles=lambda c, r: touch(trunks, c, r))
     nearest = np.inf
     for _ in range(240):

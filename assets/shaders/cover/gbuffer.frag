@@ -4,12 +4,14 @@
 #include "generated/cover_map.glsl"
 #include "cover/tree.glsl"
 #include "cover/snow.glsl"
+#include "cover/hue.glsl"
 
 in vec3 v_ray;
 flat in vec3 v_camera;
 flat in vec3 v_x, v_up;
 flat in vec4 v_form;
 flat in float v_height_m;
+flat in float v_hue;
 flat in float v_snow;
 flat in vec4 v_lobes[TREE_LOBES];
 #ifdef COVER_SPECIES
@@ -50,7 +52,8 @@ void main() {
     turned = v_own > 0 ? own.autumn : turned;
 #endif
     leaf = mix(leaf, turned, sheds * on_its_day(u_season.x, day));
-    leaf = mix(leaf, u_albedos[2], 0.9 * bare) * (1.0 + 0.5 * (v_form.w - 0.5) * vec3(1.2, 0.8, 0.7));
+    leaf = mix(leaf, u_albedos[2], 0.9 * bare)
+        * (1.0 + 0.5 * (v_form.w - 0.5) * vec3(1.2, 0.8, 0.7) + v_hue * HUE_TINT);
     leaf = mix(leaf, u_albedos[2], hit.bark);
     float white = snow_on(hit, v_snow, bare);
     if (white > 0.0) {

@@ -28,6 +28,7 @@ flat out vec4 v_form;     // radius, species, turn, tint
 flat out int v_own;       // which of the planet's own, from 1 on; 0: none of them
 #endif
 flat out float v_height_m;
+flat out float v_hue;      // -1..1
 flat out float v_snow;
 flat out vec4 v_lobes[TREE_LOBES];
 
@@ -84,6 +85,7 @@ void main() {
     v_x = axes[0];
     v_up = up;
     v_height_m = tree.height_m;
+    v_hue = tree.hue;
     v_snow = tree.snow;
     tree_lobes(tree.species, tree.radius_m / tree.height_m, tree.turn, v_lobes);
     v_form = vec4(tree.radius_m / tree.height_m, tree.species, tree.turn, tree.tint);

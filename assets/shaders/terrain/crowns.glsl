@@ -18,6 +18,14 @@ const vec2 CROWN_DARK = vec2(0.97, 0.65);    // of the sun that a crown takes fr
 const vec2 CONIFER = vec2(0.69, 1.3);       // its width and height over a broadleaf's
 const float CROWN_FLAT = 0.85;              // of a tree's height, where the flattest rays come in
 const vec2 CROWN_HALF = vec2(0.36, 0.50);   // half a crown's height over the tree's: of broadleaves, of conifers
+// Where trees differ (Cover.variety): radii and heights over the mean, of small ones, what they grow by, and what few
+// giants have more; the widest, in cells: none reaches a cell that is not looked at.
+const vec2 CROWN_SMALL = vec2(0.50, 0.50), CROWN_GROWS = vec2(0.86, 0.52), CROWN_GIANT = vec2(0.52, 0.24);
+const float CROWN_WIDEST = 1.05;
+const float CROWN_MISSING = 0.12;           // share of places where none stands, beside a giant
+const vec2 CROWN_UNEVEN = vec2(0.10, 0.17);  // how ragged outlines are where trees are equal, and differ
+const float CROWN_LUMPY = 0.9;              // how far bulges turn a crown's sides
+const float CROWN_MORE_LIT = 0.12;          // of the sun that crowns of many sizes get, over that of equal ones
 const float WIDE_M = 160.0;                // the longest stretch of ground that is asked how it rises
 const vec2 EDGE_SHARES = vec2(0.1, 0.5);   // of that in the picture, between which it comes to count
 const float SUN_SLABS = 3.0;               // on a ray to the sun
@@ -30,6 +38,7 @@ struct Crowns {
     float light;   // met times the sun that a crown's place gets, over the mean's
     float sky;     // and the sky
     float tint;    // met times -1..1
+    float hue;     // the same, of its species
     float up;      // met times how far that faces up, 0..1
 };
 
@@ -95,7 +104,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     int octave = int(cover_map.octave);
     float size = NESTED_BASE_M * exp2(float(octave)), width = s.across_m / size, wide = wide_m / size;
     Crowns found = Crowns(clamp(2.0 - s.across_m / (CROWN_SPAN * wide_m), 0.0, 1.0)
-        * step(0.01, share) * step(CROWNS_FROM, s.distance_m), 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        * step(0.01, share) * step(CROWNS_FROM, s.distance_m), 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     if (found.here <= 0.0) return found;
     vec4 plane = wide_ground(s, tall_m);
     vec3 up = clutter_axes(s.zenith, s.zenith), eye = clutter_axes(levelled(s.view, plane.xyz, s.zenith), s.zenith);
@@ -116,11 +125,14 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     ivec2 column = clutter_axes(lattice, s.zenith).xy + ivec2(over);
     at -= over;
     bool seeing = true;
+    float uneven = mix(CROWN_UNEVEN.x, CROWN_UNEVEN.y, cover_map.variety);
+    float standing = share * (1.0 - CROWN_MISSING * cover_map.variety);
     float clumps = CROWN_CLUMPS * clamp(1.5 - 3.0 * width / wide, 0.0, 1.0);
     // Of what is seen of crowns the mean faces between the eye and up.
     float facing = 0.7 * dot(normalize(up + eye), sun);
     float mean_lit = mix(0.5 * (facing + sqrt(facing * facing + 0.25)), 1.0, CROWN_LIT)
-        * (dot(CROWN_MEAN, vec3(1.0, rise, dot(eye, sun))) - 0.10 * conifer);
+        * (dot(CROWN_MEAN, vec3(1.0, rise, dot(eye, sun))) - 0.10 * conifer)
+        * (1.0 + CROWN_MORE_LIT * cover_map.variety);
     while (turns > 0.0) {
         // A slab of cells across the axis that the ray follows best, and of those the three that lie around it: no
         // crown of another reaches it.
@@ -135,13 +147,17 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
             uvec2 seed = uvec2(column + ivec2(cell) + 71) * 1664525u + 1013904223u;
             ivec3 bits = lattice_hash(seed.x, seed.y, 2654435769u);
             vec3 one = vec3(bits & 0xfff) * (1.0 / 4095.0), two = vec3((bits >> 12) & 0xfff) * (1.0 / 4095.0);
-            vec2 foot = cell + one.xy;
-            float age = two.x, hue = two.z;
+            float age = two.x, hue = two.z, giant = age * age * age;
+            giant *= cover_map.variety * giant;
+            // Giants stand nearer to the middle of theirs.
+            vec2 foot = cell + mix(one.xy, vec2(0.5), 0.5 * giant);
             bool cone = two.y < conifer;
-            float grown = clamp((away - 0.62 - 0.28 * hue) * 10.0, 0.0, 1.0) * step(one.z, share);
-            float high = tall * (0.62 + 0.5 * age) * (cone ? CONIFER.y : 1.0) * grown;
+            float grown = clamp((away - 0.62 - 0.28 * hue) * 10.0, 0.0, 1.0) * step(one.z, standing);
+            vec2 sizes = mix(vec2(0.70, 0.62) + vec2(0.40, 0.50) * age,
+                CROWN_SMALL + CROWN_GROWS * age + CROWN_GIANT * giant, cover_map.variety);
+            float high = tall * sizes.y * (cone ? CONIFER.y : 1.0) * grown;
             float semi = high * (cone ? CROWN_HALF.y : CROWN_HALF.x) + 1e-3;
-            float radius = wide * (0.70 + 0.40 * age) * (cone ? CONIFER.x : 1.0) * grown + 1e-4;
+            float radius = min(wide * sizes.x, CROWN_WIDEST) * (cone ? CONIFER.x : 1.0) * grown + 1e-4;
             vec2 off = at - foot;
             // In a space where it is round.
             float squash = radius / semi;
@@ -151,7 +167,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
             vec3 nearest = o - b * d;
             float from_axis = length(nearest);
             float ragged = 1.0
-                + 0.10 * clutter_wave(hue + (1.7 * nearest.x - 1.3 * nearest.y + 1.1 * nearest.z) / radius);
+                + uneven * clutter_wave(hue + (1.7 * nearest.x - 1.3 * nearest.y + 1.1 * nearest.z) / radius);
             float half_chord = sqrt(max(radius * radius - from_axis * from_axis, 0.0) * inverse2);
             float enters = seeing ? -b - half_chord : max(-b - half_chord, 0.0);
             float covers = clamp(0.5 + (radius * ragged - from_axis) / width, 0.0, 1.0) * step(0.01, grown);
@@ -173,12 +189,15 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
             clutter_wave(dot(normal, vec3(-0.6, 1.2, 1.1)) + 5.0 * hue_met),
             clutter_wave(dot(normal, vec3(0.9, 0.8, -1.3)) + 7.0 * hue_met));
         float clump = clumps * dot(lumps, lumps.yzx);
-        found.light += weight * mix(max(dot(normal, sun), 0.0), 1.0, CROWN_LIT) / mean_lit
+        vec3 facing_as = normalize(normal + (CROWN_LUMPY * cover_map.variety * clumps) * lumps);
+        found.light += weight * mix(max(dot(facing_as, sun), 0.0), 1.0, CROWN_LIT) / mean_lit
             * mix(CROWN_LOW.x, CROWN_LOW.y, low) * (1.0 + clump);
         found.sky += weight * mix(CROWN_OPEN.x, CROWN_OPEN.y, low)
-            * dot(CROWN_SKY, vec2(1.0, max(dot(normal, up), 0.0))) * (1.0 + clump);
+            * dot(CROWN_SKY, vec2(1.0, max(dot(facing_as, up), 0.0))) * (1.0 + clump);
         found.up += weight * max(dot(normal, up), 0.0);
         found.tint += weight * (2.0 * hue_met - 1.0);
+        float species = 2.0 * fract(7.0 * hue_met) - 1.0;
+        found.hue += (SPECIES_HUE * weight) * species * species * species;
         found.sun *= seeing ? 1.0 : 1.0 - cover * (found.left < 0.05 ? CROWN_DARK.y : CROWN_DARK.x);
         turns -= 1.0;
         bool ends = seeing && found.left < 0.05;

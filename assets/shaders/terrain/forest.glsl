@@ -1,5 +1,6 @@
 // What a forest does to the ground's light: shadows of its trees near the camera, its own colour far away.
 #include "cover/snow_share.glsl"
+#include "terrain/stands.glsl"
 #ifdef COVER_SHRINKS
 const float CROWNS_FROM = 0.62 * float(GROUND_COVER);   // metres, as engine/surface/crowns.py has it
 #endif
@@ -50,13 +51,17 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     // What takes the sun away takes some of the sky as well.
     open *= vec2(left, mix(0.6, 1.0, left));
     far *= material.inland;
+    float trees = trees_grown(ground, material);
+    Stand stand = far > 0.0 && trees > 0.0 ? stand_at(s.D, ground.region, ground.footprint_m) : Stand(0.0, 0.0, 0.0);
+    trees *= 1.0 - stand.open;
     // As systems/cover/stand.py has it.
-    float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
+    float conifer = ramp(0.62, 0.34, ground.mean_warmth + STAND_CONIFERS * stand.hue);
+    vec2 sizes = 1.0 + STAND_SIZES * stand.age;
+    float grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
         ramp(SEASONAL.x, SEASONAL.y, abs(s.zenith.z)));
-    float trees = trees_grown(ground, material);
-    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * trees
-        * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
+    float area = cover_map.crowns * stand_crowns(stand) * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer)
+        * trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), mu = max(dot(normal, frame.sun_direction), 0.1);
     vec2 rise = clamp(vec2(dot(s.view, s.zenith), dot(frame.sun_direction, s.zenith)), 0.1, 1.0);
     vec2 across = area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0));   // to the eye, to the sun
@@ -64,21 +69,22 @@ void cover_ground(Spot s, Ground ground, vec3 normal, inout Material material, i
     float both = across.x / (across.x + across.y + 1e-3) * (1.0 - between.x * between.y) / mu;
     float phase = dot(s.view, frame.sun_direction), hot = exp(HOT_SPOT * (phase - 1.0));
     both *= dot(CROWNS_SUNNY, vec4(1.0, rise.y, hot, conifer * phase));
-    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer);
+    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer) * (1.0 + stand.hue * HUE_TINT);
     float snow = snow_on_trees(ground.mean_warmth, s.zenith.z, conifer);
     float whiter = clamp(snow * dot(SNOW_SEEN, vec2(1.0, rise.x)), 0.0, 1.0);
-    vec3 many = mix(leaves, cover_map.snow.rgb, whiter) * (1.0 + 0.35 * ground.grain);
+    vec3 many = mix(leaves, cover_map.snow.rgb, whiter) * (1.0 + stand_grain() * ground.grain);
     vec3 sunlit = many * both + material.albedo * (GROUND_BETWEEN * between.x * between.y);
     vec3 skylit = mix(many * CROWNS_SKY, material.albedo * (0.5 + 0.5 * between.x), between.x);
     sunlit = mix(material.albedo, sunlit, far);
     skylit = mix(material.albedo, skylit, far);
 #ifdef COVER_CROWNS
     float stands = trees * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5) * material.inland;
-    Crowns crowns = crowns_seen(s, stands, conifer, cover_map.wide_m * sqrt(grown), cover_map.tall_m * sqrt(grown),
-        across.y * far);
+    Crowns crowns = crowns_seen(s, stands, conifer, cover_map.wide_m * sqrt(grown) * sizes.x,
+        cover_map.tall_m * sqrt(grown) * sizes.y, across.y * far);
     // In autumn red or green is less of it.
     float turned = (1.0 - conifer) * ramp(0.75, 0.5, broadleaf.g / max(broadleaf.r, 1e-3));
-    vec3 single = leaves * (1.0 + crowns.tint * mix(CROWN_TINT, CROWN_AUTUMN, turned));
+    vec3 single = leaves
+        * (1.0 + crowns.tint * mix(CROWN_TINT, CROWN_AUTUMN, turned) + cover_map.variety * crowns.hue * HUE_TINT);
     float white = snow * dot(SNOW_CROWN, vec2(1.0, crowns.up / max(crowns.met, 1e-3)));
     single = mix(single, cover_map.snow.rgb, clamp(white, 0.0, 1.0));
     float unknown = 1.0 - crowns.met - crowns.left;

@@ -44,6 +44,7 @@ void ground_chance(inout Ground ground, GroundDetail noise) {
     float variation = terrain_material_block.variation * mix(1.0, 0.4, ramp(8.0, 15.0, log2(ground.footprint_m)));
     ground.fine = noise.fine;
     ground.broad = noise.broad;
+    ground.region = noise.shore;
     ground.grain = noise.fine * variation;
     ground.patches = noise.broad * variation;
     ground.mixed = 0.7 * ground.patches + 0.5 * ground.grain;

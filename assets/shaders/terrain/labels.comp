@@ -10,17 +10,20 @@
 // cover_ground() of terrain/forest.glsl, where the sun decides as well.
 float woods(Spot s, Ground ground, inout Material material) {
     float far = smoothstep(CANOPY_FROM.x, CANOPY_FROM.y, s.distance_m * (1.0 / float(GROUND_COVER))) * material.inland;
-    float conifer = ramp(0.62, 0.34, ground.mean_warmth), grown = ramp(0.10, 0.34, ground.mean_warmth);
+    float trees = trees_grown(ground, material);
+    Stand stand = far > 0.0 && trees > 0.0 ? stand_at(s.D, ground.region, ground.footprint_m) : Stand(0.0, 0.0, 0.0);
+    float conifer = ramp(0.62, 0.34, ground.mean_warmth + STAND_CONIFERS * stand.hue);
+    float grown = ramp(0.10, 0.34, ground.mean_warmth);
     vec4 broadleaf = mix(vec4(cover_map.broadleaf, 1.0), s.zenith.z < 0.0 ? cover_map.south : cover_map.north,
         ramp(SEASONAL.x, SEASONAL.y, abs(s.zenith.z)));
-    float area = cover_map.crowns * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer) * trees_grown(ground, material)
-        * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
+    float area = cover_map.crowns * stand_crowns(stand) * grown * mix(broadleaf.a, CONIFERS_GROUND, conifer)
+        * trees * (1.0 - stand.open) * clamp(0.8 + 0.5 * ground.mixed, 0.0, 1.5);
     float tall = mix(CROWNS_TALL.x, CROWNS_TALL.y, conifer), rise = clamp(dot(s.view, s.zenith), 0.1, 1.0);
     float seen = 1.0 - exp(-area * sqrt(1.0 + tall * tall * (1.0 / (rise * rise) - 1.0)));
-    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer);
+    vec3 leaves = mix(broadleaf.rgb, cover_map.conifer, conifer) * (1.0 + stand.hue * HUE_TINT);
     float snow = snow_on_trees(ground.mean_warmth, s.zenith.z, conifer);
     leaves = mix(leaves, cover_map.snow.rgb, clamp(snow * dot(SNOW_SEEN, vec2(1.0, rise)), 0.0, 1.0))
-        * (1.0 + 0.35 * ground.grain);
+        * (1.0 + stand_grain() * ground.grain);
     material.albedo = mix(material.albedo, leaves, far * seen);
     material.growth.trees = 0.0;
     return far * seen;
