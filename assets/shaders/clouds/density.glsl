@@ -45,7 +45,7 @@ const float CLOUD_LEAST = 1e-4;               // cover below which no noise make
 const float CLOUD_BY_DEPTH = 5.5, CLOUD_BY_NOISE = 2.0, CLOUD_HOLLOW = 1.5;
 // Of weather that is as thick as without a spread: of fields, of clouds by themselves, which are white whatever the
 // weather, and more by cover.
-const float CLOUD_MEAN_DEPTH = 0.6, CLOUD_SCARCE_DEPTH = 0.2, CLOUD_COVER_DEPTH = 0.65;
+const float CLOUD_MEAN_DEPTH = 0.6, CLOUD_SCARCE_DEPTH = 0.235, CLOUD_COVER_DEPTH = 0.65;
 const float CLOUD_ALIKE = 0.65;           // of a sheet's octaves below towers, that are taken off for a spread of 1
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
 // of the cells' volume in the noise, of the clouds', and the sum of their squares
@@ -118,8 +118,9 @@ float cloud_open(CloudWeather w) {
 float cloud_interior(CloudViewLayer shell, CloudWeather w) {
     float solid = cloud_solid(w), mean = mix(shell.shallow, 1.0, solid),
         spread = shell.follows * cloud_view.thickness_spread;
-    float octaves = CLOUD_BY_DEPTH * (w.deep - min(CLOUD_SCARCE_DEPTH + w.cover * CLOUD_COVER_DEPTH, CLOUD_MEAN_DEPTH)) + CLOUD_BY_NOISE * (w.thickness - 0.5)
-        - CLOUD_HOLLOW * solid * (1.0 - w.thickness) - CLOUD_ALIKE * log2(max(mean, 1e-3));
+    float usual = min(CLOUD_SCARCE_DEPTH + w.cover * CLOUD_COVER_DEPTH, CLOUD_MEAN_DEPTH),
+        octaves = CLOUD_BY_DEPTH * (w.deep - usual) + CLOUD_BY_NOISE * (w.thickness - 0.5)
+            - CLOUD_HOLLOW * solid * (1.0 - w.thickness) - CLOUD_ALIKE * log2(max(mean, 1e-3));
     return min(mean * exp2(spread * octaves), 1.0);
 }
 
