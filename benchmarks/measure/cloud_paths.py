@@ -127,6 +127,8 @@ def placed(shot: Shot) -> Placed:
     layers = [layer for layer in (clouds, *clouds.layers) if kind_of(layer) != CloudKind.CIRRUS]
     assert layers[0] is clouds, "the first layer is of water"
     clouds.layers = tuple(layers[1:])
+    # Truths are of thickness that is not spread: what is judged is light, whatever the density.
+    clouds.thickness_spread = 0.0
     scene = Scene("clouds alone", {"planet": Planet(radius_m=earth.planet.radius_m), "clouds": clouds})
     pose, place = at.pose, at.place
     sun = at.sun or earth.sun

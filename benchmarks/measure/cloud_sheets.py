@@ -35,7 +35,7 @@ _AZIMUTH = np.array([0.0, 0.0, 0.0, 180.0, 0.0, 180.0, 180.0, 0.0])
 _MADE = ("cloud_density", "cloud_noise", "cloud_gap", "cloud_rimmed", "cloud_weather", "cloud_column",
          "cloud_own_column")  # fmt: skip
 _EVEN = f"""
-CloudWeather cloud_weather(vec3 up, float footprint_m) {{ return CloudWeather(1.0, 1.0, 1.0, 1.0); }}
+CloudWeather cloud_weather(vec3 up, float footprint_m) {{ return CloudWeather(1.0, 1.0, 1.0, 1.0, 1.0); }}
 float cloud_density(int layer, vec3 place, float share, CloudWeather w, float footprint_m, int rims) {{
     return {_SHARE};
 }}
@@ -49,7 +49,7 @@ float cloud_column(int layer, CloudWeather w, float density) {{
     CloudViewLayer shell = cloud_view.layers[layer];
     return {_SHARE} * shell.extinction_per_m * (shell.top_m - shell.base_m);
 }}
-float cloud_own_column(int layer, CloudNoise n) {{ return cloud_column(layer, CloudWeather(1.0, 1.0, 1.0, 1.0), 1.0); }}
+float cloud_own_column(int layer, CloudNoise n) {{ return cloud_column(layer, cloud_weather(vec3(0.0), 0.0), 1.0); }}
 """
 
 

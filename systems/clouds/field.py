@@ -84,7 +84,7 @@ class CloudField:
         self.mirrored = bool(component.mirrored)
         block = self.block
         block.surface_shadows, block.surface_skylight = float(component.shadows), float(component.skylight)
-        block.sea_clouds = float(self.mirrored)
+        block.sea_clouds, block.thickness_spread = float(self.mirrored), float(component.thickness_spread)
 
     def light(self, model: CloudModel) -> None:
         """The model's block, and the table of light scattered more than once where the droplets are others."""

@@ -23,6 +23,9 @@ _BROAD_PERIOD = 6.4
 """Of the shape's volume, in thicknesses of the first layer: 16 km for 2.5 km."""
 _WIDE, _FINE, _FINEST = 6.871, 0.1031, 0.01173
 """Further periods as shares of it; no small whole numbers are their ratios, so repeats never coincide."""
+_THICKNESS = 183.0
+"""Period of the noise of optical thickness, in thicknesses of the first layer: 550 km for 3 km. Of many a one with
+which clouds over most of the named views are thick."""
 _TRAILS = 600.0
 """Widest period of the map of cirrus' trails, in thicknesses of the first layer: 1500 km for 2.5 km."""
 _TILT = np.array([[2.0, -1.0, 2.0], [2.0, 2.0, -1.0], [-1.0, 2.0, 2.0]]) / 3.0
@@ -137,6 +140,8 @@ def write_noise(
         CloudVolume(row[:3], row[3]) for row in rows
     )
     block.thickness_m, block.fibre_levels = thickness_m, math.log2(fibre_texels)
+    block.thickness_periods = radius_m / (_THICKNESS * thickness_m)
+    block.thickness_level = math.log2(cell_texels / (_THICKNESS * thickness_m))
     block.broad_level = math.log2(shape_texels / period)
     block.wide_level = math.log2(cell_texels / (period * _WIDE))
     block.fine_level = math.log2(rim_texels / (period * _FINE))

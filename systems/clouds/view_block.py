@@ -128,6 +128,9 @@ class CloudViewBlock:
     wide_level: float
     fine_level: float
     finest_level: float
+    thickness_spread: Annotated[float, "standard deviation of the logarithm of clouds' optical thickness"]
+    thickness_periods: Annotated[float, "of its noise in a radian"]
+    thickness_level: float
     fibre_levels: Annotated[float, "mip level of the map of trails at which it is one texel"]
     shape_filter: CloudFilter
     rim_filter: CloudFilter

@@ -18,7 +18,6 @@
 
 layout(binding = CLOUD_SHAPE_UNIT) uniform sampler3D u_cloud_shape;
 layout(binding = CLOUD_RIMS_UNIT) uniform sampler3D u_cloud_rims;
-layout(binding = CLOUD_CELLS_UNIT) uniform sampler3D u_cloud_cells;
 
 // A program for places without any cirrus knows so at build time, and takes less time.
 #ifdef CLOUD_NO_CIRRUS
@@ -41,6 +40,13 @@ const float CLOUD_MOST_NOISE = 0.54;
 const float CLOUD_LEAST_HALF_WIDTH = 0.015;   // of a threshold that hides nothing
 const float CLOUD_LEAST = 1e-4;               // cover below which no noise makes cloud
 
+// Octaves (factors of two) of optical thickness for a spread of 1: by weather, 0..1, and from the least noise to the
+// most; of towers, which else would all be white, those that the least takes away besides.
+const float CLOUD_BY_DEPTH = 5.5, CLOUD_BY_NOISE = 2.0, CLOUD_HOLLOW = 1.5;
+// Of weather that is as thick as without a spread: of fields, of clouds by themselves, which are white whatever the
+// weather, and more by cover.
+const float CLOUD_MEAN_DEPTH = 0.6, CLOUD_SCARCE_DEPTH = 0.235, CLOUD_COVER_DEPTH = 0.65;
+const float CLOUD_ALIKE = 0.65;           // of a sheet's octaves below towers, that are taken off for a spread of 1
 const float CLOUD_SEAMS = 0.06;       // of a closed sheet's cover
 // of the cells' volume in the noise, of the clouds', and the sum of their squares
 const float CLOUD_CLUSTERS = 0.6, CLOUD_CELLS = 0.47, CLOUD_BOTH = 0.5809;
@@ -68,7 +74,8 @@ float hidden_variance_share(float level, CloudFilter volume) {
 
 // What a layer makes of the weather: a kind by name has towers and depth of its own.
 CloudWeather cloud_weather_of(CloudViewLayer shell, CloudWeather w) {
-    return CloudWeather(w.cover, shell.follows * w.towers + shell.towers, w.high, shell.follows * w.deep + shell.deep);
+    return CloudWeather(w.cover, shell.follows * w.towers + shell.towers, w.high, shell.follows * w.deep + shell.deep,
+        w.thickness);
 }
 
 // How much of the layer's thickness its clouds fill.
@@ -105,9 +112,16 @@ float cloud_open(CloudWeather w) {
     return clamp(5.0 * w.towers - 2.75, 0.0, 1.0) * clamp(2.2 - 4.0 * w.deep, 0.0, 1.0);
 }
 
-// How dense the inside of clouds is that a weather makes: sheets are thin.
+// How dense the inside of clouds is that a weather makes: sheets are thin. Optical thickness is spread log-normally
+// about that (Cahalan et al. 1994), a column alike from base to top: thick in deep weather, and by noise within it, up
+// to the densest there is. The wider the spread, the less do sheets and towers differ on the mean.
 float cloud_interior(CloudViewLayer shell, CloudWeather w) {
-    return mix(shell.shallow, 1.0, cloud_solid(w));
+    float solid = cloud_solid(w), mean = mix(shell.shallow, 1.0, solid),
+        spread = shell.follows * cloud_view.thickness_spread;
+    float usual = min(CLOUD_SCARCE_DEPTH + w.cover * CLOUD_COVER_DEPTH, CLOUD_MEAN_DEPTH),
+        octaves = CLOUD_BY_DEPTH * (w.deep - usual) + CLOUD_BY_NOISE * (w.thickness - 0.5)
+            - CLOUD_HOLLOW * solid * (1.0 - w.thickness) - CLOUD_ALIKE * log2(max(mean, 1e-3));
+    return min(mean * exp2(spread * octaves), 1.0);
 }
 
 // Vertical optical depth of a whole cloud of a weather. density: of the sheet of ice there, if it is one.

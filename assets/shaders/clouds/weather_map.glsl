@@ -7,6 +7,7 @@
 
 layout(binding = WEATHER_FIRST_UNIT) uniform sampler2D u_weather_first;
 layout(binding = WEATHER_SECOND_UNIT) uniform sampler2D u_weather_second;
+layout(binding = CLOUD_CELLS_UNIT) uniform sampler3D u_cloud_cells;
 
 // Where noise lies around the point that places are measured from.
 #ifndef CLOUD_ORIGIN
@@ -28,7 +29,12 @@ vec3 cloud_tilted(vec3 place) {
 
 struct CloudWeather {
     float cover, towers, high, deep;
+    float thickness;   // noise of how thick clouds are in such weather, 0..1
 };
+
+float cloud_level(float per_metre_level, float footprint_m) {
+    return max(per_metre_level + log2(max(footprint_m, 1e-3)), 0.0);
+}
 
 CloudWeather cloud_weather(vec3 up, float footprint_m) {
     vec3 d = cloud_turned(up);
@@ -37,16 +43,14 @@ CloudWeather cloud_weather(vec3 up, float footprint_m) {
     float level = clamp(log2(max(footprint_m / cloud_view.map_texel_m, 1.0)), 0.0, 4.0);
     vec4 w = mix(textureLod(u_weather_first, at, level + cloud_dither - 0.5),
         textureLod(u_weather_second, at, level + cloud_dither - 0.5), cloud_view.second_map_share);
-    return CloudWeather(w.x, w.y, w.z, w.w);
+    float thickness = textureLod(u_cloud_cells, d * cloud_view.thickness_periods,
+        cloud_level(cloud_view.thickness_level, footprint_m) + cloud_dither - 0.5).r;
+    return CloudWeather(w.x, w.y, w.z, w.w, thickness);
 }
 
 CloudWeather cloud_weather_between(CloudWeather a, CloudWeather b, float share) {
     return CloudWeather(mix(a.cover, b.cover, share), mix(a.towers, b.towers, share), mix(a.high, b.high, share),
-        mix(a.deep, b.deep, share));
-}
-
-float cloud_level(float per_metre_level, float footprint_m) {
-    return max(per_metre_level + log2(max(footprint_m, 1e-3)), 0.0);
+        mix(a.deep, b.deep, share), mix(a.thickness, b.thickness, share));
 }
 
 // 1 where a footprint leaves enough of a period to tell its cells apart, 0 where a handful of texels would be left:

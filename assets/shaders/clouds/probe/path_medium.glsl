@@ -108,7 +108,9 @@ vec2 path_bounds(int layer, CloudViewLayer shell, CloudWeather weather, CloudNoi
         near_excess = noise - 0.5 + path_cover(near_cover, n.streets) + near_by.y,
         near_clear_m = shell.anvil > 0.0 ? 0.0 : (clear - near_excess) / near_by.x;
     float thickness = n.thickness + dot(wide_by + most_by, vec2(near_m, 1.0));
-    float interior = min(n.interior + dot(solid_by, vec2(near_m, 1.0)), 1.0)
+    // Where optical thickness is spread, by as much as there may be.
+    float interior = (cloud_view.thickness_spread > 0.0 ? 1.0
+            : min(n.interior + dot(solid_by, vec2(near_m, 1.0)), 1.0))
         * exp2(-2.0 * (1.0 - smoothstep(-0.25, 0.4, thickness)));
     return vec2(min(max(flat_m, min(near_clear_m, near_m)), PATH_CLEAR_M), interior);
 #endif
