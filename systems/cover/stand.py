@@ -219,7 +219,8 @@ def plants_in(
     share = share + of_own * np.maximum(1.0 - share, 0.0) if len(own) else share
     stands_there = chance[2] < share
     if layer is TREES:
-        stands_there &= ~_overshadowed(np.where(stands_there, chance[4], 0.0), count, cover.variety)
+        # Giants of a planet's own shade none: others stand where they would without them.
+        stands_there &= ~(others & _overshadowed(np.where(others, chance[4], 0.0), count, cover.variety))
     on = np.flatnonzero(stands_there)
     which, face, i, j, number = (c[on] for c in (which, face, i, j, number))
     u, v, woods = (c[on] for c in (u, v, woods))

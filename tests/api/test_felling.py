@@ -205,8 +205,9 @@ def test_the_shadow_map_is_drawn_anew_where_the_tree_was(scope, sampler):
     east = np.cross((0.0, 0.0, 1.0), up)
     east /= np.linalg.norm(east)
     away = np.linalg.norm(np.cross(trees.positions_m, up), axis=1)
-    away[trees.heights_m < 5.0] = np.inf
-    gone = np.concatenate([np.argsort(away)[:3], np.argsort(np.abs(away - 100.0))[:4]])
+    tall = np.argsort(-trees.heights_m)
+    edge = np.where(trees.heights_m < 5.0, np.inf, np.abs(away - 100.0))
+    gone = np.concatenate([tall[away[tall] < 30.0][:3], np.argsort(edge)[:4]])
     left = trees.only(np.setdiff1d(np.arange(len(trees)), gone))
     for height in (0.2, 0.6, 1.5):
         sun = np.cos(height) * east + np.sin(height) * up

@@ -12,13 +12,14 @@
 struct CoverMap {
     vec3 broadleaf, conifer;
     vec4 north, south, snow;
-    float crowns, tall_m, wide_m, octave, grass, grass_tall, flowers, savanna, gusting, flutter;
+    float crowns, tall_m, wide_m, octave, grass, grass_tall, flowers, savanna, variety, gusting,
+        flutter;
     vec2 winter;
     vec3 sway;
     vec4 gusts[3];
 };
 const CoverMap cover_map = CoverMap(vec3(0.0), vec3(0.0), vec4(0.0), vec4(0.0), vec4(0.0), 0.0, 1.0, 1.0, 0.0, 0.0,
-    1.0, 0.0, 0.0, 0.0, 0.0, vec2(0.0), vec3(0.0), vec4[3](vec4(0.0), vec4(0.0), vec4(0.0)));
+    1.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec2(0.0), vec3(0.0), vec4[3](vec4(0.0), vec4(0.0), vec4(0.0)));
 
 float cover_light(vec3 point, float bias) {
     return 1.0;
