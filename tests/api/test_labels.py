@@ -233,7 +233,7 @@ def test_materials_have_names(earth):
     out = earth.render(pf.view("coast"), outputs=("material", "surface", "albedo"))
     assert (out["material"][out["surface"] == 2] == 1).all()
     shown = {names[int(n)] for n in np.unique(out["material"][out["surface"] == 1])}
-    assert {"beach", "forest"} <= shown and not shown & {"none", "water", "props"}
+    assert {"beach", "leaves"} <= shown and not shown & {"none", "water", "props"}
     water, beach = (out["albedo"][out["material"] == n].mean() for n in (1, {v: k for k, v in names.items()}["beach"]))
     assert 0.0 < water < 0.1 < beach < 0.6
     ice = earth.render(pf.Camera.at(89.0, 0.0, 5000.0, pitch_deg=-50.0), outputs=("material", "albedo"))

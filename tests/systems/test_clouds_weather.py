@@ -242,7 +242,7 @@ def test_clouds_have_rims_in_every_weather(scope: Any, run_compute: Any) -> None
         """
         for (int k = 0; k < 48; ++k) {
             vec3 place = vec3(731.0, 1371.0, 2111.0) * float(k);
-            CloudWeather w = CloudWeather(0.5, towers, 0.0, 0.6);
+            CloudWeather w = CloudWeather(0.5, towers, 0.0, 0.6, 0.5);
             differing += abs(cloud_density(0, place, 0.12, w, 1.0, 2) - cloud_density(0, place, 0.12, w, 1.0, 0));
         }""",
         {"towers": np.linspace(0.0, 1.0, 2048)}, {"differing": "float"},

@@ -180,7 +180,7 @@ def test_no_waves_of_the_sea_on_a_lake(carved: Carved, lake) -> None:
     assert tilt.max() < 1e-3
     # And where there is sea, there are waves.
     assert sea.wind_speed_m_s > 0.0
-    open_sea = carved.renderer.render(pf.view("coast", "earth"), outputs=("surface", "normal", "position"))
+    open_sea = carved.renderer.render(pf.view("coast", "earth"), 416880.0, outputs=("surface", "normal", "position"))
     at_sea = open_sea["surface"] == SEA
     around = open_sea["normal"][at_sea].astype(np.float64)
     assert np.std(around - around.mean(axis=0), axis=0).max() > 1e-2

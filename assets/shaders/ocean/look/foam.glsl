@@ -34,8 +34,8 @@ float whitecap_noise(vec3 D, float ragged) {
         ivec3 cell;
         vec3 fraction;
         float frequency;
-        nested_place(ocean.whitecaps.anchor.cell, ocean.whitecaps.anchor.fraction, place, WHITECAP_OCTAVE - i, cell, fraction,
-            frequency);
+        nested_place(ocean.whitecaps.anchor.cell, ocean.whitecaps.anchor.fraction, place, WHITECAP_OCTAVE - i, cell,
+            fraction, frequency);
         value += share * gradient_noise_value(cell, fraction) / NESTED_RMS;
         share = i == 0 ? 0.72 : 0.45 * ragged;
     } while (++i < turns);
