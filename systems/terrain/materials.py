@@ -149,7 +149,7 @@ MATERIALS: tuple[Material, ...] = (
             * clamp(3.0 - 3.0 * (above_sea_m - 0.5 * rise) / (high_m + rise), 0.0, 1.0);
         return bared * ramp(2500.0, 250.0, footprint_m);
         """, {"rock_albedo": 0.7, "dry_albedo": 0.3},
-        "albedo * (0.75 + 0.2 * grain + 0.3 * stones)", plants=0.0),
+        "albedo * (0.75 + 0.2 * grain + 0.3 * stones)", roughness=1.5, stones=1.0, plants=0.0),
     Material("beach", "sand along the sea", "bare", """
         float beach_m = beach_height_m * (1.0 + 0.4 * clamp(mixed, -2.0, 2.0));
         float rise = max(slope, 0.02) * footprint_m;

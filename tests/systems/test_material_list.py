@@ -54,7 +54,7 @@ def test_a_new_entry_is_in_the_shader_between_its_neighbours() -> None:
     order = [text.index(f"mix(bare_color, {name}_color,") for name in ("scree", "rock", "moss", "lichen", "beach")]
     assert order == sorted(order)
     assert "mix(mix(mix(1.0, 0.4, beach_share), 1.8, rock_share), 0.5, moss_share)" in text
-    assert "mix(1.0, 0.25, moss_share) * (1.0 - snow_share)" in text
+    assert "mix(mix(1.0, 0.25, moss_share), 1.0, shingle_share) * (1.0 - snow_share)" in text
     assert "(1.0 - rock_share) * (1.0 - moss_share) * (1.0 - shingle_share) * (1.0 - snow_share)" in text
     assert "return ramp(0.5, 0.25, slope);" in shaders()["generated/materials/moss.glsl"]
     extend.unregister_material("moss")
