@@ -96,9 +96,7 @@ def test_conifers_are_white_in_winter(pictures):
     assert 0.25 < snowy.mean() < 0.9 and not (bare[0][bare[1]].min(axis=-1) > 0.4).any()
 
 
-@pytest.mark.parametrize(
-    "variety", [0.0, pytest.param(1.0, marks=pytest.mark.xfail(reason="far crowns of many sizes are 0.81 as light"))]
-)
+@pytest.mark.parametrize("variety", [0.0, 1.0])
 def test_light_stays_where_far_forests_take_over(variety):
     """Of the two ways in which a forest in snow is drawn, in pairs of a sun and a view."""
     pairs = (Pair(60.0, 35.0, 60.0), Pair(25.0, 35.0, 60.0))

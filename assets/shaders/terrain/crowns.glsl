@@ -25,7 +25,7 @@ const float CROWN_WIDEST = 1.05;
 const float CROWN_MISSING = 0.12;           // share of places where none stands, beside a giant
 const vec2 CROWN_UNEVEN = vec2(0.10, 0.17);  // how ragged outlines are where trees are equal, and differ
 const float CROWN_LUMPY = 0.9;              // how far bulges turn a crown's sides
-const float CROWN_MORE_LIT = 0.12;          // of the sun that crowns of many sizes get, over that of equal ones
+const float CROWN_MORE_LIT = 0.12;          // of the sun that broadleaves of many sizes get, over that of equal ones
 const float WIDE_M = 160.0;                // the longest stretch of ground that is asked how it rises
 const vec2 EDGE_SHARES = vec2(0.1, 0.5);   // of that in the picture, between which it comes to count
 const float SUN_SLABS = 3.0;               // on a ray to the sun
@@ -132,7 +132,7 @@ Crowns crowns_seen(Spot s, float share, float conifer, float wide_m, float tall_
     float facing = 0.7 * dot(normalize(up + eye), sun);
     float mean_lit = mix(0.5 * (facing + sqrt(facing * facing + 0.25)), 1.0, CROWN_LIT)
         * (dot(CROWN_MEAN, vec3(1.0, rise, dot(eye, sun))) - 0.10 * conifer)
-        * (1.0 + CROWN_MORE_LIT * cover_map.variety);
+        * (1.0 + CROWN_MORE_LIT * (1.0 - conifer) * cover_map.variety);
     while (turns > 0.0) {
         // A slab of cells across the axis that the ray follows best, and of those the three that lie around it: no
         // crown of another reaches it.
