@@ -361,7 +361,8 @@ def test_a_still_camera_makes_and_uploads_nothing(scene, renderer):
 
 
 def test_far_above_there_are_none(scene, renderer):
-    renderer.render(pf.view("space", scene.planet))
+    for _ in range(2):  # a renderer's first frame makes each list once
+        renderer.render(pf.view("space", scene.planet))
     assert renderer.stats["trees"] == 0
     names = {report.name for report in renderer.passes() if report.ran}
     assert not any(name.startswith("cover.") for name in names)

@@ -12,6 +12,11 @@ const int TREE_STEPS = 9;             // into a lobe
 const int TREE_TURNS = 3;              // lobes that a ray is followed through
 const int CONIFER_STEPS = 9;          // into the cone
 const float CLUMPS = 1.9, CLUMPS_DEEP = 0.48;  // waves in a crown's radius; how far they shape a lobe's rim
+const float SPRAYS = 2.6, SPRAYS_DEEP = 0.34;  // smaller waves in one of those; how deep they are
+const float CLUMPS_RIM = 0.55, CLUMPS_BULGE = 0.35;   // clump at a lobe's rim; of what is higher, what bulges out
+const float RAGGED = 0.9;             // of a tuft's size, how far its outline moves out and in
+const float TUFTS_DIFFER = 0.5;       // of light, from one tuft to another
+const float BRANCH_HANGS = 0.6, ALONG_BRANCH = 0.8;   // of a conifer; how far its tufts lie along it
 const float LEAF_ROWS = 4.0, NEEDLE_ROWS = 6.5, LEAF_LONG = 1.9;   // a tuft's width over a leaf's, over its length
 const float LEAF_PIXEL = 0.15;        // what a pixel spans of a tuft where its leaves show
 const float TWIGS = 0.30;             // share of a crown's tufts that leaves no twig behind
@@ -66,12 +71,15 @@ vec3 tree_chance(ivec3 cell, uint seed) {
     return vec3(uvec3(h, h >> 10, h >> 20) & 1023u) * (1.0 / 1023.0);
 }
 
-// Whether there is a tuft at a step. dense: 0..1, share of cells that have one; normal: of the tuft.
-bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
+// Whether there is a tuft at a step. dense: 0..1, share of cells that have one; branch: what it stands along, 0 for
+// none; normal: of the tuft; light: how much more of it than others it has, -1..1.
+bool tree_tuft(TreeRay r, vec3 place, float dense, vec3 branch, uint seed, out vec3 normal, out float light) {
     // On a turned lattice, and far from the middles of its cells: rows of a straight one would show.
-    vec3 at = TUFT_LATTICE * place / r.size, cell = floor(at);
+    vec3 at = TUFT_LATTICE * place / r.size, cell = floor(at), along = TUFT_LATTICE * r.ray;
     vec3 chance = tree_chance(ivec3(cell), seed), lies = chance.yzx - 0.5;
-    vec3 away = at - cell - 0.5 - 0.8 * (chance.zxy - 0.5), along = TUFT_LATTICE * r.ray;
+    lies += cross(TUFT_LATTICE * branch, along);   // longest along its branch
+    light = chance.y - chance.z;
+    vec3 away = at - cell - 0.5 - 0.8 * (chance.zxy - 0.5);
     away -= dot(away, along) * along;   // of the ray from the tuft's middle
     normal = (1.8 * away + 0.6 * lies) * TUFT_LATTICE - 0.4 * r.ray;
     // Longer than wide.
@@ -80,9 +88,12 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
 #ifdef COVER_SPECIES
     dense *= r.leaves;
 #endif
+    // Of leaves that stand out on all sides.
+    float ragged = RAGGED * r.fine * tree_wave(1.7 * away.x + 0.9 * away.y + chance.z)
+        * tree_wave(1.9 * away.z - 0.8 * away.y + chance.y);
     bool within = chance.x < dense
         && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across
-            < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
+            < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y) * (1.0 + ragged);
 #ifdef TREE_LEAVES
     // So near that its leaves show: they stand along a stem, to both of its sides.
     vec3 side = normalize(lies - dot(lies, along) * along + 1e-4), stem = cross(along, side);
@@ -94,11 +105,12 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, uint seed, out vec3 normal) {
     return within;
 }
 
-// Clumps of leaves, about -1..1: waves that bend one another. place: in crown radii.
+// Clumps of leaves, about -1..1: waves that bend one another, and smaller ones. place: in crown radii.
 float tree_clump(vec3 place, float turn) {
     vec3 at = CLUMPS * place + vec3(7.0, 11.0, 13.0) * turn;
     vec3 waves = abs(4.0 * fract(at + 0.3 * at.yzx) - 2.0) - 1.0;
-    return 0.65 * (waves.x + waves.y + waves.z);
+    vec3 small = abs(4.0 * fract(SPRAYS * at.zxy + 0.35 * waves) - 2.0) - 1.0;
+    return 0.55 * (waves.x + waves.y + waves.z) + SPRAYS_DEEP * (small.x + small.y + small.z);
 }
 
 // How much of the light from around reaches a place in the crown. outer: 0 in its middle, 1 at its rim; up: -1..1.
@@ -149,17 +161,21 @@ void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint
         vec3 d = r.ray * squash / lobe.w;
         float t = max(begin, 0.0) + 0.3 * r.size;
         for (int i = 0; i < TREE_STEPS && t < end; ++i) {
+            float light;
             vec3 place = r.from + t * r.ray, level = o + t * d, tuft;
             float clump = tree_clump(place / r.radius, r.turn);
-            float inside = 1.0 - dot(level, level) + CLUMPS_DEEP * (clump - 0.45);   // 0 where leaves begin
+            // 0 where leaves begin. Clumps that reach far out would be cut off along the lobe's smooth outline.
+            float bulge = clump - CLUMPS_RIM;
+            float inside = 1.0 - dot(level, level) + CLUMPS_DEEP * min(bulge, CLUMPS_BULGE * bulge);
             inside = r.palm ? palm_frond(r, place) : inside;
             // Sparse at the rim, closed within.
-            if (tree_tuft(r, place, clamp(0.12 + 1.2 * inside, 0.0, 0.9) * (1.0 - TWIGS * r.bare), seed, tuft)) {
+            float dense = clamp(0.12 + 1.2 * inside, 0.0, 0.9) * (1.0 - TWIGS * r.bare);
+            if (tree_tuft(r, place, dense, vec3(0.0), seed, tuft, light)) {
                 vec3 away = place - middle, share = away / vec3(r.radius, r.radius, shape.w);
                 vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
                 found = TreeHit(t, normalize(crown + (0.55 * r.fine) * tuft),
                     tree_open(length(share), clamp(share.z, -1.0, 1.0), dot(tuft, tuft))
-                        * clamp(0.72 + 0.5 * clump, 0.3, 1.15), 0.0);
+                        * clamp(0.72 + 0.55 * clump + TUFTS_DIFFER * r.fine * light, 0.2, 1.25), 0.0);
                 return;
             }
             t += inside > 0.0 ? r.size : 2.0 * r.size;
@@ -193,6 +209,7 @@ void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
     end = found.t > 0.0 ? min(end, found.t) : end;
     float t = begin + 0.3 * r.size;
     for (int i = 0; i < CONIFER_STEPS && t < end; ++i) {
+        float light;
         vec3 place = r.from + t * r.ray, tuft;
         float wide = slope * (1.0 - place.z), aside = length(place.xy);
         // Whorls: branches that hang, with gaps between their tips.
@@ -200,10 +217,13 @@ void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
         float whorl = fract(TREE_WHORLS * place.z + 0.55 * aside / max(wide, 0.01) + 0.2 * tips + r.turn);
         float reach = wide * (1.0 - 0.42 * whorl - 0.08 * tips * tips);
         float inside = 1.0 - aside / max(reach, 1e-3);
-        if (inside > 0.0 && tree_tuft(r, place, clamp(0.45 + 2.5 * inside, 0.0, 0.95), seed, tuft)) {
+        vec3 branch = ALONG_BRANCH * vec3(place.xy / max(aside, 1e-4), -BRANCH_HANGS);
+        float dense = clamp(0.45 + 2.5 * inside, 0.0, 0.95);
+        if (inside > 0.0 && tree_tuft(r, place, dense, branch, seed, tuft, light)) {
             vec3 crown = normalize(vec3(place.xy / max(wide, 0.01), 0.35 + 0.5 * (1.0 - whorl)));
             found = TreeHit(t, normalize(crown + (0.45 * r.fine) * tuft),
-                tree_open(clamp(aside / max(wide, 0.01), 0.0, 1.0), 0.7 - 1.6 * whorl, dot(tuft, tuft)), 0.0);
+                tree_open(clamp(aside / max(wide, 0.01), 0.0, 1.0), 0.7 - 1.6 * whorl, dot(tuft, tuft))
+                    * (1.0 + TUFTS_DIFFER * r.fine * light), 0.0);
             break;
         }
         t += r.size;
