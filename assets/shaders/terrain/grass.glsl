@@ -1,10 +1,10 @@
 // Grass and flowers near the camera: tufts that stand in the cells of a square lattice, each from its foot to its tips
 // inside one cell, so that no neighbour has to be asked. The pixel's ray is followed through the cells from the eye to
-// the ground. A tuft is a fan of blades around a bent curve: its place and bend are worked out once, and the pixel takes
-// the one blade that it is nearest to, which covers as much of the pixel as it is wide there. Two kinds: tussocks, which
-// show farther away, and in front of what they leave open a sward. The wind bends tips.
+// the ground. A tuft is a fan of blades around a bent curve: its place and bend are worked out once, and the pixel
+// takes the one blade that it is nearest to, which covers as much of the pixel as it is wide there. Two kinds:
+// tussocks, which show farther away, and a sward between them. The wind bends tips.
 //
-//   GRASS_BLADES   tufts in a cell of the sward
+//   GRASS_BLADES   three for each two tufts in a cell of the sward
 //   GRASS_WIDER    times the width of blades
 //
 // The block cover_map is there with the contract cover_light.
@@ -20,15 +20,15 @@ struct GrassKind {
     float patchy;     // how much it stands in patches
     float shade;      // of sun and sky that it takes from the ground where it is closed
 };
-const int GRASS_KINDS = 2, GRASS_TUFTS = (3 * GRASS_BLADES + 2) / 4;
+const int GRASS_KINDS = 2, GRASS_TUFTS = (2 * GRASS_BLADES + 1) / 3;
 const GrassKind GRASS[GRASS_KINDS] = GrassKind[](
-    GrassKind(0.16, 3, (GRASS_TUFTS + 1) / 2, 0.80, 0.0065 * GRASS_WIDER, 0.040, 0.9, 0.07),
-    GrassKind(0.04, 2, GRASS_TUFTS, 0.62, 0.0042 * GRASS_WIDER, 0.055, 0.30, 0.20));
+    GrassKind(0.16, 3, (GRASS_TUFTS + 1) / 2, 0.80, 0.0072 * GRASS_WIDER, 0.040, 0.9, 0.07),
+    GrassKind(0.04, 2, GRASS_TUFTS, 0.62, 0.0047 * GRASS_WIDER, 0.055, 0.30, 0.20));
 const int GRASS_CELLS = 6;            // on a ray
 const float GRASS_FAN = 3.0;          // blades to either side of a tuft's middle one
 // Over the light of the ground's plants: of a blade's foot, of its tip from the side, where little but tips shows, and
 // from above. Chosen so that grass is as light as the ground without it.
-const vec3 GRASS_LIGHT = vec3(0.38, 1.93, 2.7);
+const vec3 GRASS_LIGHT = vec3(0.62, 1.58, 2.1);
 
 #include "terrain/flowers.glsl"
 
@@ -112,9 +112,9 @@ void add_grass(
                 * clamp((seen - away) / spans + 0.5, 0.0, 1.0) * half_wide / seen;
             left -= weight;
             float height = min(upwards, 1.0) * (0.5 + 0.5 * tall * per_tallest);
-            found.tint += weight * (1.6 * own - 0.8);
-            found.dry += weight * (0.3 * height + step(0.92, fract(7.0 * own + chance)));
-            found.light += weight * mix(GRASS_LIGHT.x, tip_light, height);
+            found.tint += weight * (2.0 * own - 1.0);
+            found.dry += weight * (0.2 * height + step(0.93, fract(7.0 * own + chance)));
+            found.light += weight * mix(GRASS_LIGHT.x, tip_light, height) * (0.35 + 1.3 * fract(5.0 * chance));
             bent += weight * (foot - tip);
         }
         find_flower(flower, bloom, tip_at, before * here * step(flower.left, 0.0), size, v.across);
