@@ -28,7 +28,7 @@ const int GRASS_CELLS = 6;            // on a ray
 const float GRASS_FAN = 3.0;          // blades to either side of a tuft's middle one
 // Over the light of the ground's plants: of a blade's foot, of its tip from the side, where little but tips shows, and
 // from above. Chosen so that grass is as light as the ground without it.
-const vec3 GRASS_LIGHT = vec3(0.62, 1.58, 2.1);
+const vec3 GRASS_LIGHT = vec3(0.70, 1.48, 1.9);
 
 #include "terrain/flowers.glsl"
 
@@ -114,7 +114,7 @@ void add_grass(
             float height = min(upwards, 1.0) * (0.5 + 0.5 * tall * per_tallest);
             found.tint += weight * (2.0 * own - 1.0);
             found.dry += weight * (0.2 * height + step(0.93, fract(7.0 * own + chance)));
-            found.light += weight * mix(GRASS_LIGHT.x, tip_light, height) * (0.35 + 1.3 * fract(5.0 * chance));
+            found.light += weight * mix(GRASS_LIGHT.x, tip_light, height) * (0.25 + 1.5 * fract(5.0 * chance));
             bent += weight * (foot - tip);
         }
         find_flower(flower, bloom, tip_at, before * here * step(flower.left, 0.0), size, v.across);
