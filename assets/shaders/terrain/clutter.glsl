@@ -20,6 +20,7 @@ struct GroundClutter {
     float sky;     // 0..1: the same of the sky
     vec3 bloom;    // albedo of flowers times their share
     float bloomed; // share of it that is flowers
+    float dry;     // 0..1: how much of grass is straw
 };
 
 const int CLUTTER_MOST = 6;        // cells on a ray
@@ -218,7 +219,7 @@ GroundClutter ground_clutter(
     vec3 point, vec3 D, vec3 zenith, vec3 eye, vec3 sun, float across, float stony, Growth growth, float above_sea,
     float beach_m, vec3 gradient
 ) {
-    GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0, vec3(0.0), 0.0);
+    GroundClutter found = GroundClutter(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), 1.0, 1.0, vec3(0.0), 0.0, 0.0);
     vec3 up = clutter_axes(zenith, zenith), to_eye = clutter_axes(eye, zenith), to_sun = clutter_axes(sun, zenith);
     float eye_rise = dot(to_eye, up), sun_rise = dot(to_sun, up), strength = terrain_material_block.clutter;
     ClutterView v = ClutterView(up, to_eye - eye_rise * up, to_sun - sun_rise * up, eye_rise, sun_rise, across,
@@ -227,20 +228,22 @@ GroundClutter ground_clutter(
     float left = 1.0;   // of the pixel, for what lies behind
 #ifdef GROUND_COVER
     // A loop of no turns costs a software GPU nothing.
-    int grassy = across < GRASS[GRASS_KINDS - 1].span_m ? 0 : GRASS_KINDS;
+    int grassy = across < GRASS[0].span_m ? 0 : GRASS_KINDS;
+    Flower flower = Flower(0.0, vec2(0.0), 0.0, vec2(0.0));
+    float grass = growth.tufts * cover_map.grass;
+    GrassView seen = grass_view(v, point, zenith, grass, cover_map.flowers * cover_map.grass * growth.flowers);
     while (grassy < GRASS_KINDS) {
-        float grass = growth.tufts * cover_map.grass;
-        GrassView seen = grass_view(v, point, zenith, grass, cover_map.flowers * grass * (1.0 - 0.8 * growth.wooded));
         ivec3 lattice;
         vec3 fraction;
         float frequency;
         nested_place(terrain_material_block.anchor.cell, terrain_material_block.anchor.fraction, D,
             GRASS[grassy].octave, lattice, fraction, frequency);
-        add_grass(found, left, grassy, v, seen, clutter_axes(fraction, zenith).xy, clutter_axes(lattice, zenith).xy,
-            strand);
+        add_grass(found, left, flower, grassy, v, seen, clutter_axes(fraction, zenith).xy,
+            clutter_axes(lattice, zenith).xy, strand);
         ++grassy;
     }
-    growth = Growth(0.0, 0.0, 0.0, 0.0, 0.0);   // bushes are solids, as trees are
+    add_flower(found, left, flower, v, seen.along, seen.rise);
+    growth = Growth(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);   // bushes are solids, as trees are
 #endif
     // From the finest that shows.
     int kind = 0;
@@ -264,6 +267,7 @@ GroundClutter ground_clutter(
     found.light *= whole;
     found.bloom *= whole;
     found.bloomed *= whole;
+    found.dry *= whole;
     found.normal = clutter_planet(found.normal, zenith);
     return found;
 }

@@ -14,6 +14,7 @@ struct Ripples {
 struct Growth {
     float tufts, tussocks, shrubs, trees;
     float wooded;   // 0..1: under trees
+    float flowers;  // of cells with grass, that may have one: few where it is dry, cold or shady
 };
 
 struct Material {
@@ -45,7 +46,8 @@ void stand_on(inout Material material, Ground ground, float stones, float plants
     material.stony = (0.04 + 0.3 * (1.0 - growing) + 0.15 * ground.roughness) * stones;
     material.growth =
         Growth(growing * 0.95, growing * 0.32, ground.wooded * growing * (0.10 + 0.45 * woods),
-            wet * trees * woods, woods);
+            wet * trees * woods, woods, wet * growing * ramp(0.03, 0.2, ground.mean_warmth - 0.3 * ground.winter)
+            * (1.0 - 0.7 * woods));
 }
 
 #include "generated/terrain_materials.glsl"

@@ -67,7 +67,8 @@ vec3 clutter_albedo(GroundClutter clutter, vec3 plant) {
     vec3 stone = mix(ROCK_ALBEDO, STRATA_ALBEDO, 0.3 + 0.3 * clutter.tint) * (1.0 + 0.35 * clutter.tint);
     vec3 tree = FOREST_ALBEDO * (1.5 + 0.5 * clutter.tint);
     vec3 leaves = mix(plant * (1.15 + 0.3 * clutter.tint), tree, clutter.bush);
-    leaves = leaves * (1.0 - clutter.bloomed) + clutter.bloom;
+    vec3 straw = 0.8 * GRASS_ALBEDO + 0.25 * DRY_ALBEDO;
+    leaves = mix(leaves, straw, clamp(clutter.dry, 0.0, 1.0)) * (1.0 - clutter.bloomed) + clutter.bloom;
     return mix(stone, leaves * clutter.light, clutter.plant);
 }
 #endif
