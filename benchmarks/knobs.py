@@ -273,6 +273,7 @@ PAIRS: dict[str, Pair] = {
     "clouds.shafts": Pair("earth", "shafts", False, clouds=True),
     "clouds.tile_width_m": Pair("earth", "orbit", 2e5, both={"clouds.method": "paper_2018"}, clouds=True),
     "clouds.thickness_spread": Pair("earth", "orbit", 0.0, clouds=True),
+    "clouds.aggregation": Pair("earth", "orbit", 0.0, clouds=True),
     "clouds.weather_seed": Pair("earth", "orbit", 5, clouds=True),
     "clouds.layers": Pair("earth", "near", (), clouds=True),
     "sun.irradiance": Pair("earth", "orbit", (1.5, 1.0, 0.6)),

@@ -124,6 +124,10 @@ class Clouds(CloudLayer):
         0.0, 0.0, 1.5, "", "How far optical thickness of the weather's clouds of water is spread over 10 km and more: "
         "about the standard deviation of its natural logarithm; 0: clouds of one weather are alike", group="weather",
     )  # fmt: skip
+    aggregation: float = knob(
+        0.0, 0.0, 1.0, "", "How far the weather's clouds gather into systems with clear sky between, as seen from "
+        "orbit; 0: broken fields nearly everywhere. No matter for weather_map", group="weather",
+    )  # fmt: skip
     shadows: bool = knob(
         True, help="Whether clouds keep the sun's beam from land, sea and objects below them", group="light"
     )

@@ -397,7 +397,12 @@ class CoverQuality:
         True, help="Trees shade the ground and one another", cost="the map, and a look into it a pixel"
     )
     blades: int = knob(
-        6, 1, 16, "", "Blades of grass in 25 cm x 25 cm of a meadow; fewer are wider", cost="light on grass"
+        6,
+        1,
+        16,
+        "",
+        "Three for two tufts of grass in 25 cm x 25 cm of meadow; few have wider ones",
+        cost="light on grass",
     )
     crowns: int = knob(
         6, 0, 16, "", "Slabs of a forest that a ray is followed through where trees are no solids; 0: a colour alone",

@@ -57,16 +57,17 @@ _DENSITY = ("density.glsl", "weather_map.glsl", "weather.comp", "volume.comp", "
 @dataclass(frozen=True)
 class Shot:
     """A window of a named view of Earth. left, top: its first pixel in the picture of SIZE. sun: elevation and azimuth
-    in degrees, over the view's place, instead of its own."""
+    in degrees, over the view's place, instead of its own. time_s: of the weather, instead of the view's."""
 
     view: str
     left: int = 272
     top: int = 153
     sun: tuple[float, float] | None = None
+    time_s: float | None = None
 
 
 SHOTS: Mapping[str, Shot] = {
-    "fair": Shot("fair", 300, 75),
+    "fair": Shot("fair", 300, 75, time_s=682560.0),
     "cloud_sea": Shot("cloud_sea", 225, 220),
     "clouds": Shot("clouds", 340, 200),
     "high": Shot("high", 270, 140),
@@ -127,8 +128,8 @@ def placed(shot: Shot) -> Placed:
     layers = [layer for layer in (clouds, *clouds.layers) if kind_of(layer) != CloudKind.CIRRUS]
     assert layers[0] is clouds, "the first layer is of water"
     clouds.layers = tuple(layers[1:])
-    # Truths are of thickness that is not spread: what is judged is light, whatever the density.
-    clouds.thickness_spread = 0.0
+    # Truths are of weather without either: what is judged is light, whatever the density.
+    clouds.thickness_spread = clouds.aggregation = 0.0
     scene = Scene("clouds alone", {"planet": Planet(radius_m=earth.planet.radius_m), "clouds": clouds})
     pose, place = at.pose, at.place
     sun = at.sun or earth.sun
@@ -139,7 +140,7 @@ def placed(shot: Shot) -> Placed:
     lit = Sun(direction=(x, y, z), irradiance=(1.0, 1.0, 1.0))
     scene.sun = lit
     camera = Camera(pose.position_m, pose.forward, pose.up, at.optics.fov_y_deg, ev100=at.optics.ev100)
-    return Placed(scene, camera, lit, at.time_s or 0.0)
+    return Placed(scene, camera, lit, at.time_s or 0.0 if shot.time_s is None else shot.time_s)
 
 
 def drawn(shots: Mapping[str, Shot], quality: str, overrides: Mapping[str, Any] | None = None) -> dict[str, Floats]:

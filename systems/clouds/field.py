@@ -77,7 +77,7 @@ class CloudField:
         first = cumulus[0] if cumulus else component
         self.first = float(first.base_m), float(first.top_m - first.base_m)
         coverage = float(first.coverage) or 0.6
-        self.maps.take(coverage, cover, int(component.weather_seed))
+        self.maps.take(coverage, cover, int(component.weather_seed), float(component.aggregation))
         present = [layer for layer in (component, *component.layers) if any(layer is one for one in self.layers)]
         numbers = [next(i for i, one in enumerate(present) if one is layer) for layer in self.layers]
         write_layers(self.block, self.layers, coverage, numbers, self.first[1])

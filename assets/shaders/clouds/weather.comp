@@ -20,13 +20,14 @@ layout(location = 0) uniform int u_border;
 layout(location = 1) uniform ivec2 u_corner;          // of the tile
 layout(location = 3) uniform float u_balance_level;   // cover = 0.5 + slope (raw - level)
 layout(location = 4) uniform float u_balance_slope;
+layout(location = 7) uniform float u_broken_slope;    // how fast broken convection's cover changes, over others'
 layout(location = 5) uniform float u_texel_rad;      // octaves that are finer than the map's texels would only be grain
 #ifdef IMPORTED
 layout(binding = 0) uniform sampler2D u_cover;       // of a file, on a square like this one's
 layout(location = 6) uniform float u_cover_border;   // texels
 #endif
 
-const float BROKEN_RAW = 0.0, BROKEN_SLOPE = 0.5;   // of broken convection's cover
+const float BROKEN_RAW = 0.0;   // of broken convection's cover
 const float DRIFT_RAD = 0.9;   // of the fastest winds in a generation's life, relative to the frame
 
 float noise_at(vec3 place, int seed) {
@@ -167,7 +168,7 @@ vec4 weather_at(vec3 d) {
         + 0.4 * c.front + 0.3 * c.gap - 0.6 * decks, 0.0, 1.0);
     // Cold air over warm sea, behind fronts and in the trades: neither closed nor clear over hundreds of kilometres.
     float broken = smoothstep(0.55, 0.75, towers) * (1.0 - smoothstep(0.3, 0.55, deep));
-    raw = mix(raw, BROKEN_RAW + BROKEN_SLOPE * raw, broken);
+    raw = mix(raw, BROKEN_RAW + u_broken_slope * raw, broken);
     // Anvils of the rain belt's clusters.
     float anvils = b.rain * clamp(3.0 * n.fine + 0.6 * n.broad, 0.0, 1.0);
     float high = clamp(0.42 + 0.9 * n.streaks + 0.35 * c.front + 0.3 * b.rain + 0.2 * ribbon - 0.25 * b.dry
