@@ -88,12 +88,14 @@ bool tree_tuft(TreeRay r, vec3 place, float dense, vec3 branch, uint seed, out v
 #ifdef COVER_SPECIES
     dense *= r.leaves;
 #endif
-    // Of leaves that stand out on all sides.
-    float ragged = RAGGED * r.fine * tree_wave(1.7 * away.x + 0.9 * away.y + chance.z)
+    float large = mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y);
+#ifdef TREE_LIMBS
+    // Of leaves that stand out on all sides, where a tuft is more than a pixel or two.
+    large *= 1.0 + RAGGED * r.fine * tree_wave(1.7 * away.x + 0.9 * away.y + chance.z)
         * tree_wave(1.9 * away.z - 0.8 * away.y + chance.y);
+#endif
     bool within = chance.x < dense
-        && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across
-            < mix(0.45, 0.30, r.fine) * (0.6 + 0.8 * chance.y) * (1.0 + ragged);
+        && dot(away, away) + mix(7.0, TWIG_THIN, r.bare) * r.fine * across * across < large;
 #ifdef TREE_LEAVES
     // So near that its leaves show: they stand along a stem, to both of its sides.
     vec3 side = normalize(lies - dot(lies, along) * along + 1e-4), stem = cross(along, side);
@@ -169,7 +171,7 @@ void tree_broadleaf(inout TreeHit found, TreeRay r, vec4 lobes[TREE_LOBES], uint
             float inside = 1.0 - dot(level, level) + CLUMPS_DEEP * min(bulge, CLUMPS_BULGE * bulge);
             inside = r.palm ? palm_frond(r, place) : inside;
             // Sparse at the rim, closed within.
-            float dense = clamp(0.12 + 1.2 * inside, 0.0, 0.9) * (1.0 - TWIGS * r.bare);
+            float dense = clamp(0.12 + 1.6 * inside, 0.0, 0.92) * (1.0 - TWIGS * r.bare);
             if (tree_tuft(r, place, dense, vec3(0.0), seed, tuft, light)) {
                 vec3 away = place - middle, share = away / vec3(r.radius, r.radius, shape.w);
                 vec3 crown = normalize(level * squash + 0.8 * away / r.radius + vec3(0.0, 0.0, 0.25));
@@ -218,7 +220,7 @@ void tree_conifer(inout TreeHit found, TreeRay r, uint seed) {
         float reach = wide * (1.0 - 0.42 * whorl - 0.08 * tips * tips);
         float inside = 1.0 - aside / max(reach, 1e-3);
         vec3 branch = ALONG_BRANCH * vec3(place.xy / max(aside, 1e-4), -BRANCH_HANGS);
-        float dense = clamp(0.45 + 2.5 * inside, 0.0, 0.95);
+        float dense = clamp(0.5 + 3.0 * inside, 0.0, 0.97);
         if (inside > 0.0 && tree_tuft(r, place, dense, branch, seed, tuft, light)) {
             vec3 crown = normalize(vec3(place.xy / max(wide, 0.01), 0.35 + 0.5 * (1.0 - whorl)));
             found = TreeHit(t, normalize(crown + (0.45 * r.fine) * tuft),
