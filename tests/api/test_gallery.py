@@ -50,13 +50,13 @@ def test_pictures_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
 
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     assert main([*COMMAND, "-o", str(tmp_path)]) == 0
-    before = (tmp_path / "moon-orbit.jpg").stat().st_mtime_ns
-    (tmp_path / "earth-limb.jpg").unlink()
+    before = (tmp_path / "moon-ground.jpg").stat().st_mtime_ns
+    (tmp_path / "hazy-limb.jpg").unlink()
     write_jpeg(tmp_path / "earth-dusk.jpg", np.zeros((18, 32, 3), np.uint8), {"of": "something else"})
     FakeRenderer.made.clear()
     assert main([*COMMAND, "-o", str(tmp_path)]) == 0
     assert len(FakeRenderer.made) == 2, "the missing one and the one of other settings"
-    assert (tmp_path / "moon-orbit.jpg").stat().st_mtime_ns == before
+    assert (tmp_path / "moon-ground.jpg").stat().st_mtime_ns == before
 
     def stop(self: Any, *_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
