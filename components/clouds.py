@@ -125,8 +125,8 @@ class Clouds(CloudLayer):
         "about the standard deviation of its natural logarithm; 0: clouds of one weather are alike", group="weather",
     )  # fmt: skip
     aggregation: float = knob(
-        0.0, 0.0, 1.0, "", "How far the weather's clouds gather into systems with clear sky between, as seen from "
-        "orbit; 0: broken fields nearly everywhere. No matter for weather_map", group="weather",
+        0.0, 0.0, 1.0, "", "How far broken convection gathers into fields with clear sky between, as seen from "
+        "orbit; 0: crumbs nearly everywhere. No matter for weather_map", group="weather",
     )  # fmt: skip
     shadows: bool = knob(
         True, help="Whether clouds keep the sun's beam from land, sea and objects below them", group="light"

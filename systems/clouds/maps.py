@@ -39,14 +39,10 @@ and nobody asks for most of them again."""
 _BALANCE_VERSION = 1
 """Of what is kept on disk; to be raised whenever `weather.balance_for` gives other values."""
 _OCTAVES = 7
-_SLOPES = (2.5, 4.5)
-"""How sharply the map parts clear sky from cloud, without aggregation and with all of it."""
-_BROKEN_SLOPES = (0.5, 0.85)
-"""Of broken convection over other weather's: the same two."""
-
-
-def _between(ends: tuple[float, float], share: float) -> float:
-    return ends[0] + share * (ends[1] - ends[0])
+_SLOPE = 2.5
+"""How sharply the map parts clear sky from cloud."""
+_BROKEN_SLOPE = 0.5
+"""Of broken convection over other weather's, without aggregation."""
 
 
 class WeatherMaps:
@@ -64,7 +60,7 @@ class WeatherMaps:
         small = size // COARSER + 2 * BORDER // COARSER
         self._small = gpu.texture((small, small), "rgba8", filter="linear")
         self._columns, self._rows = math.ceil(side / _TILE[0]), math.ceil(side / _TILE[1])
-        self._coverage = self._aggregation = -1.0
+        self._coverage, self._broken_slope = -1.0, _BROKEN_SLOPE
         self._balance = (0.0, 1.0)
         self._kept = KeptMaps(gpu)
         self._to_keep = _KEPT
@@ -92,7 +88,11 @@ class WeatherMaps:
         return next((self._textures[chart.slot] for chart in self.charts.all if chart.is_of(number)), None)
 
     def take(self, coverage: float, cover: NDArray[np.float32] | None, seed: int = 0, aggregation: float = 0.0) -> None:
-        """From now on maps have this mean cover, or that of `cover` (imported.imported_cover)."""
+        """From now on maps have this mean cover, or that of `cover` (imported.imported_cover).
+
+        aggregation: 0..1, of broken convection (Clouds.aggregation).
+        """
+        broken_slope = _BROKEN_SLOPE + (1.0 - _BROKEN_SLOPE) * aggregation
         if seed != self._seed:
             self._seed, self._coverage = seed, -1.0
         if cover is not self._cover:
@@ -104,9 +104,9 @@ class WeatherMaps:
                 self._cover_texture = self._gpu.texture(cover.shape, "r16f", cover.astype(np.float16), filter="linear")
             self._program = self._gpu.compute("clouds/weather.comp", self._defines())
             self._coverage = -1.0
-        if (coverage, aggregation) == (self._coverage, self._aggregation):
+        if (coverage, broken_slope) == (self._coverage, self._broken_slope):
             return
-        self._coverage, self._aggregation, self._to_keep = coverage, aggregation, _KEPT
+        self._coverage, self._broken_slope, self._to_keep = coverage, broken_slope, _KEPT
         self.charts.forget()
         if cover is None:
             self._balance_to(coverage)
@@ -114,7 +114,7 @@ class WeatherMaps:
     def _balance_to(self, coverage: float) -> None:
         program = self._gpu.compute("clouds/weather.comp", {**self._defines(), "BALANCE": 1})
         moment = w.WeatherBlock.at(0.0, self._seed)
-        by = (_BALANCE_VERSION, coverage, self._aggregation, *_SLOPES, *_BROKEN_SLOPES, _BALANCE_TEXELS, self.size)
+        by = (_BALANCE_VERSION, coverage, _SLOPE, self._broken_slope, _BALANCE_TEXELS, self.size)
         key = self._kept.key("balance", program.linked.key, moment, *by)
         held = self._kept.cache.load(key, {"balance": (2,)}, np.float64)
         if held is None:
@@ -133,8 +133,7 @@ class WeatherMaps:
         self._gpu.ctx.memory_barrier()
         raw = np.frombuffer(texture.read(), np.float32).reshape(_BALANCE_TEXELS, _BALANCE_TEXELS, 4)[..., 0]
         self._gpu.free(texture)
-        slope = _between(_SLOPES, self._aggregation)
-        return w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, slope)
+        return w.balance_for(raw, w.octahedral_weights(_BALANCE_TEXELS), coverage, _SLOPE)
 
     def draw(self, chart: Chart, most: int | None) -> None:
         """See charts.ChartDrawing."""
@@ -174,7 +173,7 @@ class WeatherMaps:
         """Of the map of this number on disk."""
         cover = b"" if self._cover is None else self._cover.tobytes()
         moment = w.WeatherBlock.at(number * w.STEP_S, self._seed)
-        drawn = (moment, self._balance, self._aggregation, self.size, BORDER, cover)
+        drawn = (moment, self._balance, self._broken_slope, self.size, BORDER, cover)
         return self._kept.key("weather", self._program.linked.key, *drawn)
 
     def draw_coarse(self, chart: Chart) -> None:
@@ -206,11 +205,11 @@ class WeatherMaps:
         if self._cover_texture is not None:
             self._cover_texture.use(0)
             program.set("u_cover_border", float(IMPORT_BORDER))
-        program.set("u_broken_slope", _between(_BROKEN_SLOPES, self._aggregation))
-        if self._cover_texture is None and program is self._program:
+        elif program is self._program:
             level, slope = self._balance
             program.set("u_balance_level", level)
             program.set("u_balance_slope", slope)
+        program.set("u_broken_slope", self._broken_slope)
         program.set("u_texel_rad", math.sqrt(4.0 * math.pi) / self.size)
         self._moment.write(w.WeatherBlock.at(time_s, self._seed))
         self._moment.bind()

@@ -32,14 +32,6 @@ def pair() -> Iterator[tuple[pf.Renderer, pf.Renderer]]:
             yield each, blocks
 
 
-@pytest.fixture(scope="module")
-def cloudless() -> Iterator[pf.Renderer]:
-    with preset_scene("earth", False) as scene:
-        scene.environment[pf.Exposure].mode = "fixed"
-        with pf.Renderer(scene, SIZE, "low", overrides={"terrain.shade_every": 1}) as renderer:
-            yield renderer
-
-
 def taken(renderer: pf.Renderer, name: str) -> dict[str, NDArray]:
     view = pf.view(name)
     renderer.scene.environment[pf.Exposure].ev100 = view.ev100
@@ -48,7 +40,7 @@ def taken(renderer: pf.Renderer, name: str) -> dict[str, NDArray]:
 
 
 @pytest.mark.parametrize("name", ["near", "clouds", "orbit"])
-def test_it_looks_like_that_of_each_pixel(pair, cloudless, name):
+def test_it_looks_like_that_of_each_pixel(pair, name):
     """Nearer to it than the sky without clouds is by far; as far as what one pixel can't show allows."""
     each, blocks = (taken(renderer, name) for renderer in pair)
     assert np.isfinite(blocks["radiance"]).all() and (blocks["radiance"] >= 0.0).all()
@@ -61,9 +53,7 @@ def test_it_looks_like_that_of_each_pixel(pair, cloudless, name):
     assert np.percentile(np.abs(first - second), 90) < 0.1
     # The last row and column, where pixels of the clouds' picture stand over the edge.
     assert np.median(np.abs(a[0] - b[0])) < 0.1 and np.median(np.abs(a[:, -1] - b[:, -1])) < 0.1
-    # Of what clouds make of the picture: the more of their edges it shows, the more pixels differ.
-    clouds = likeness(each["color"], taken(cloudless, name)["color"]).mean
-    assert likeness(each["color"], blocks["color"]).mean < 0.215 * clouds
+    assert likeness(each["color"], blocks["color"]).mean < 0.05
 
 
 def test_no_chessboard_where_ground_slopes_away(pair):
